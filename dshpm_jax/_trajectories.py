@@ -1,0 +1,124 @@
+"""Trajectories: unbroken paths of single observed points, packed into few slots."""
+
+import heapq
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from dshpm_jax._types import NO_MATCH
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectories:
+    """All trajectories of a recording, each an unbroken run of frames.
+
+    A long recording has thousands of trajectories but only some hundred points in any one frame, so trajectories
+    whose lives do not overlap share a *slot*: the point of trajectory `j` in frame `t` is `points[t, slot[j]]` for
+    `start[j] <= t < stop[j]`.
+
+    Attributes:
+        points: positions in millimetres, NaN where a slot is empty.
+        index: the trajectory in each slot, `NO_MATCH` where empty.
+        column: the column of the recording in which each point stands, `NO_MATCH` where empty.
+        slot, start, stop: for each trajectory, where it is and its half-open range of frames.
+        rate: frames a second (Hz).
+    """
+
+    points: Float[np.ndarray, "frames slots 3"]
+    index: Int[np.ndarray, "frames slots"]
+    column: Int[np.ndarray, "frames slots"]
+    slot: Int[np.ndarray, "trajectories"]
+    start: Int[np.ndarray, "trajectories"]
+    stop: Int[np.ndarray, "trajectories"]
+    rate: float
+
+    def __len__(self) -> int:
+        return len(self.slot)
+
+    @property
+    def num_frames(self) -> int:
+        return self.points.shape[0]
+
+    def alive(self, frame: int) -> Bool[np.ndarray, "trajectories"]:
+        """Which trajectories have a point in `frame`."""
+        return (self.start <= frame) & (frame < self.stop)
+
+    def at(self, frame: int) -> tuple[Int[np.ndarray, "points"], Float[np.ndarray, "points 3"]]:
+        """The trajectories seen in `frame`, in ascending order, and their positions in millimetres."""
+        here = np.flatnonzero(self.alive(frame))
+        return here, self.points[frame, self.slot[here]]
+
+    def positions(self, frames: Int[np.ndarray, "n"], which: Int[np.ndarray, "k"]) -> Float[np.ndarray, "n k 3"]:
+        """Positions of trajectories `which` in `frames` (millimetres), NaN outside their lives or for `NO_MATCH`."""
+        frames, which = np.asarray(frames), np.asarray(which)
+        found = self.points[frames[:, None], self.slot[which]]
+        inside = (self.start[which] <= frames[:, None]) & (frames[:, None] < self.stop[which]) & (which != NO_MATCH)
+        return np.where(inside[..., None], found, np.nan)
+
+
+def from_columns(
+    points: Float[np.ndarray, "frames points 3"],
+    rate: float,
+    links: Int[np.ndarray, "frames points"] | None = None,
+) -> Trajectories:
+    """Packs points into trajectories.
+
+    Arguments:
+        points: positions in millimetres, NaN where missing.
+        rate: frames a second.
+        links: for each point, the column in the *next* frame that continues it, or `NO_MATCH` where its path ends;
+            by default a column continues itself for as long as it is seen (a gap ends a trajectory).
+
+    Trajectories are numbered by first frame, then by column.
+    """
+    points = np.asarray(points, dtype=np.float64)
+    present = np.isfinite(points).all(-1)
+    frames, width = present.shape
+    if links is None:
+        here = np.arange(width)
+        ahead = np.zeros_like(present)
+        ahead[:-1] = present[1:]
+        links = np.where(present & ahead, here, NO_MATCH)
+    index = np.full((frames, width), NO_MATCH, dtype=np.int32)
+    starts: list[np.ndarray] = []
+    count = 0
+    for t in range(frames):  # over frames only: a row at a time
+        if t:
+            before = np.flatnonzero(present[t - 1] & (links[t - 1] != NO_MATCH))
+            index[t, links[t - 1, before]] = index[t - 1, before]
+        new = np.flatnonzero(present[t] & (index[t] == NO_MATCH))
+        index[t, new] = np.arange(count, count + len(new))
+        starts.append(np.full(len(new), t))
+        count += len(new)
+    start = np.concatenate(starts) if starts else np.zeros(0, dtype=int)
+    at_frame, at_column = np.nonzero(present)
+    which = index[at_frame, at_column]
+    stop = np.zeros(count, dtype=int)
+    np.maximum.at(stop, which, at_frame + 1)
+    slot = _pack(start, stop)
+    slots = int(slot.max()) + 1 if count else 0
+    packed = np.full((frames, slots, 3), np.nan)
+    packed[at_frame, slot[which]] = points[at_frame, at_column]
+    packed_index = np.full((frames, slots), NO_MATCH, dtype=np.int32)
+    packed_index[at_frame, slot[which]] = which
+    column = np.full((frames, slots), NO_MATCH, dtype=np.int32)
+    column[at_frame, slot[which]] = at_column
+    return Trajectories(packed, packed_index, column, slot, start, stop, rate)
+
+
+def _pack(start: np.ndarray, stop: np.ndarray) -> np.ndarray:
+    """The lowest free slot for each trajectory, in order of their first frames."""
+    slot = np.zeros(len(start), dtype=int)
+    free: list[int] = []
+    busy: list[tuple[int, int]] = []
+    used = 0
+    for j in range(len(start)):
+        while busy and busy[0][0] <= start[j]:
+            heapq.heappush(free, heapq.heappop(busy)[1])
+        if free:
+            slot[j] = heapq.heappop(free)
+        else:
+            slot[j], used = used, used + 1
+        heapq.heappush(busy, (int(stop[j]), int(slot[j])))
+    return slot
