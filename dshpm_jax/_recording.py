@@ -60,7 +60,7 @@ class Recording:
     @property
     def present(self) -> Bool[np.ndarray, "frames points"]:
         """Where a point was seen."""
-        return np.isfinite(self.points).all(-1)
+        return np.asarray(np.isfinite(self.points).all(-1))
 
     @property
     def labelled(self) -> Bool[np.ndarray, "points"]:

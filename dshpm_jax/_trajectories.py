@@ -70,12 +70,13 @@ def from_columns(
         links: for each point, the column in the *next* frame that continues it, or `NO_MATCH` where its path ends;
             by default a column continues itself for as long as it is seen (a gap ends a trajectory).
 
-    Trajectories are numbered by first frame, then by column.
+    Trajectories are numbered by first frame, then by place in it (x, y, z): the order of the columns, which means
+    nothing, cannot reach any result.
     """
     points = np.asarray(points, dtype=np.float64)
-    present = np.isfinite(points).all(-1)
+    present = np.asarray(np.isfinite(points).all(-1))
     frames, width = present.shape
-    if links is None:
+    if links is None:  # a column continues itself
         here = np.arange(width)
         ahead = np.zeros_like(present)
         ahead[:-1] = present[1:]
@@ -88,6 +89,7 @@ def from_columns(
             before = np.flatnonzero(present[t - 1] & (links[t - 1] != NO_MATCH))
             index[t, links[t - 1, before]] = index[t - 1, before]
         new = np.flatnonzero(present[t] & (index[t] == NO_MATCH))
+        new = new[np.lexsort(points[t, new].T[::-1])]
         index[t, new] = np.arange(count, count + len(new))
         starts.append(np.full(len(new), t))
         count += len(new)

@@ -1,0 +1,8 @@
+"""Scores that researchers can replace: how well a candidate fits its column, and how well a match fits its segment."""
+
+from dshpm_jax._scoring.candidate import AbstractCandidateScore as AbstractCandidateScore
+from dshpm_jax._scoring.candidate import ToleranceScore as ToleranceScore
+from dshpm_jax._scoring.match import AbstractMatchScore as AbstractMatchScore
+from dshpm_jax._scoring.match import MaxResidual as MaxResidual
+from dshpm_jax._scoring.match import MeanResidual as MeanResidual
+from dshpm_jax._scoring.match import RmsResidual as RmsResidual

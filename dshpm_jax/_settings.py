@@ -1,0 +1,95 @@
+"""Every parameter of the method, its unit, its range and what it stands for in the paper."""
+
+import dataclasses
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+Method = Literal["full", "paper", "static"]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How to label. Times are seconds, lengths millimetres, ratios have no unit.
+
+    Attributes:
+        method: "full" (the default: every hypothesis of several key-frames scored, learnt tolerances, trajectories
+            judged by their whole life), "paper" (the dynamic scheme as published) or "static" (every frame alone,
+            the baseline of section 5.2.1).
+        relaxation_seconds: motion relaxation interval; the paper's 15 frames at 60 fps (section 5.1.1).
+        window_steps: frames of the pre-segmentation window after its first, n = 0..10 in Eq. 2.
+        key_frame_coverage: a key-frame shows at least this share of the model's markers (section 4.2).
+        max_key_frame_shifts: shifts before the parent is doubted (section 4.3.2).
+        distortion_ratio: overrides every segment's own (Eqs. 1 to 4); None keeps the model's.
+        matching_quantity: overrides every segment's own (Eq. 5); None keeps the model's.
+        quality_ratio: factor on the distortion ratio in Eq. 4 alone. Our reading: the mean residual of a rigid fit is
+            well under the change of a pair distance that causes it.
+        measurement_noise: floor of every distance tolerance; a relative tolerance vanishes for near markers.
+        min_plane_spread: a pose needs a second singular value of its points of at least this RMS.
+        num_key_frames: key-frames from which "full" collects evidence.
+        spread_factor: pair tolerance of "full" is the root of the sum of squares of this factor times the learnt
+            spread, `tolerance_floor`, and `tolerance_ratio` times the distance.
+        tolerance_floor, tolerance_ratio: see `spread_factor`.
+        completeness: share of the model's markers, averaged over frames, under which a file counts as partly
+            labelled.
+    """
+
+    method: Method = "full"
+    # section 4.1 to 4.3
+    relaxation_seconds: float = 0.25
+    window_steps: int = 10
+    key_frame_coverage: float = 0.9
+    max_key_frame_shifts: int = 2
+    distortion_ratio: float | None = None
+    matching_quantity: float | None = None
+    quality_ratio: float = 0.5
+    measurement_noise: float = 4.0
+    min_plane_spread: float = 12.0
+    # beyond the paper
+    num_key_frames: int = 10
+    spread_factor: float = 1.5
+    tolerance_floor: float = 4.0
+    tolerance_ratio: float = 0.015
+    completeness: float = 0.5
+
+    def __post_init__(self):
+        if self.method not in ("full", "paper", "static"):
+            raise ValueError(f'method is "full", "paper" or "static", not {self.method!r}')
+        for name, (low, high) in _RANGES.items():
+            value = getattr(self, name)
+            if value is not None and not (isinstance(value, int | float) and low <= value <= high):
+                raise ValueError(f"{name} must lie between {low:g} and {high:g}, got {value!r}")
+
+    @classmethod
+    def from_toml(cls, path: str | Path) -> "Settings":
+        """Settings from the top level of a TOML file; what it does not name keeps its default."""
+        try:
+            found = tomllib.loads(Path(path).read_text())
+        except (OSError, tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+            raise ValueError(f"{path}: no settings can be read: {error}") from None
+        known = {field.name for field in dataclasses.fields(cls)}
+        if unknown := sorted(found.keys() - known):
+            raise ValueError(f"{path}: unknown settings {', '.join(unknown)}; known are {', '.join(sorted(known))}")
+        try:
+            return cls(**found)
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"{path}: {error}") from None
+
+
+_RANGES = {
+    "relaxation_seconds": (0.01, 10),
+    "window_steps": (2, 100),
+    "key_frame_coverage": (0.1, 1),
+    "max_key_frame_shifts": (0, 100),
+    "distortion_ratio": (0.001, 1),
+    "matching_quantity": (0.1, 1),
+    "quality_ratio": (0.01, 10),
+    "measurement_noise": (0, 100),
+    "min_plane_spread": (0, 1000),
+    "num_key_frames": (1, 1000),
+    "spread_factor": (0, 10),
+    "tolerance_floor": (0.1, 100),
+    "tolerance_ratio": (0, 0.5),
+    "completeness": (0, 1),
+}
