@@ -1,0 +1,156 @@
+"""C3D files to recordings and back."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from dshpm_jax._recording import Recording, bare_label, is_unlabelled
+from dshpm_jax.io._c3d_format import MAX_FRAMES_FIELD, C3dFile, read_layout, write_layout
+from dshpm_jax.io._c3d_parameters import (
+    FLOAT,
+    INT,
+    INTEL,
+    Group,
+    Parameter,
+    decode_floats,
+    encode_floats,
+    integers,
+    text_parameters,
+)
+from dshpm_jax.io._errors import ReadError
+from dshpm_jax.io._units import MILLIMETRES, length_unit
+
+_OUTPUT_GROUPS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "MODELED_MARKERS")
+_CENTRE_OF_MASS = re.compile(r"Cent(re|er)OfMass.*", re.IGNORECASE)
+
+
+def read_c3d(path: Path) -> Recording:
+    """The markers of a C3D file; what a model computed from them is left out."""
+    return recording_of(read_layout(path), path)
+
+
+def recording_of(file: C3dFile, path: Path) -> Recording:
+    """What `read_c3d` gives, for a file that has been read."""
+    labels = raw_labels(file)
+    if not labels:
+        raise ReadError(path, "it holds no points", "export it with its trajectories")
+    if not len(file.points):
+        raise ReadError(path, "it holds no frames", "export it again")
+    outputs = model_outputs(file, labels)
+    columns = [c for c in range(len(labels)) if c not in outputs]
+    if not columns:
+        raise ReadError(path, "all its points are model outputs", "export it with its markers")
+    rate = _rate(file)
+    if not (np.isfinite(rate) and rate > 0):
+        raise ReadError(path, f"its rate is {rate:g} frames a second", "set POINT:RATE")
+    unit = length_unit((file.strings("POINT", "UNITS") or [""])[0], path)
+    points = _positions(file, columns) * MILLIMETRES[unit]
+    if not np.isfinite(points).any():
+        raise ReadError(path, "not one point was seen in any frame", "export it with its trajectories")
+    names = bare_labels([labels[c] for c in columns], path)
+    return Recording(points, names, rate, unit, path, tuple(columns))
+
+
+def write_c3d(recording: Recording, path: str | Path) -> None:
+    """Writes the points and labels of `recording`, and nothing of the file that it came from."""
+    write_layout(fresh_layout(recording), Path(path))
+
+
+def raw_labels(file: C3dFile) -> list[str]:
+    """A label for each point as the file has it; points beyond the list of labels have none."""
+    width = file.points.shape[1]
+    return (file.strings("POINT", "LABELS") + [""] * width)[:width]
+
+
+def model_outputs(file: C3dFile, labels: list[str]) -> set[int]:
+    """Columns that some biomechanical model computed: angles, forces, axes of segments, centres of mass."""
+    listed = {name for group in _OUTPUT_GROUPS for name in file.strings("POINT", group)}
+    bare = [bare_label(name) for name in labels]
+    # Plug-in Gait stores a segment's axes as four points: PELO, PELA, PELL, PELP.
+    stems = {name[:-1] for name in bare if len(name) > 2}
+    axes = {stem + end for stem in stems if {stem + end for end in "OALP"} <= set(bare) for end in "OALP"}
+    return {
+        c
+        for c, name in enumerate(labels)
+        if not is_unlabelled(bare[c]) and (name in listed or bare[c] in axes or _CENTRE_OF_MASS.fullmatch(bare[c]))
+    }
+
+
+def bare_labels(labels: list[str], path: Path) -> tuple[str, ...]:
+    """Labels without subject prefixes; with them where two subjects wear markers of the same names."""
+    bare = [bare_label(name) for name in labels]
+    for names in (bare, [name.strip() for name in labels]):
+        named = [name for name in names if not is_unlabelled(bare_label(name))]
+        if len(set(named)) == len(named):
+            return tuple(names)
+    twice = next(name for name in named if named.count(name) > 1)
+    raise ReadError(path, f"two points have the label '{twice}'", "rename one of them or clear its label")
+
+
+def fresh_layout(recording: Recording) -> C3dFile:
+    """A C3D file in memory that holds `recording` alone, as floating point numbers in its own unit."""
+    frames, width = recording.points.shape[:2]
+    records = np.zeros((frames, width, 4), "<f4")
+    seen = recording.present
+    records[..., :3][seen] = recording.points[seen] / MILLIMETRES[recording.unit]
+    records[..., 3] = np.where(seen, 0, -1)
+    header = bytearray(512)
+    header[1] = 0x50
+    header[6:10] = integers([1, min(frames, MAX_FRAMES_FIELD)], INTEL)
+    header[12:16] = encode_floats([-1.0], INTEL)  # a negative scale says: floating point
+    header[20:24] = encode_floats([recording.rate], INTEL)
+    points = np.ascontiguousarray(records).view("V16").reshape(frames, width)
+    return C3dFile(bytes(header), INTEL, _fresh_groups(recording), points, np.zeros((frames, 0), np.uint8))
+
+
+def _fresh_groups(recording: Recording) -> list[Group]:
+    frames, width = recording.points.shape[:2]
+    point = [
+        Parameter("USED", INT, (), integers([min(width, 0xFFFF)], INTEL)),
+        Parameter("FRAMES", INT, (), integers([min(frames, MAX_FRAMES_FIELD)], INTEL)),
+        Parameter("LONG_FRAMES", FLOAT, (), encode_floats([frames], INTEL)),
+        Parameter("SCALE", FLOAT, (), encode_floats([-1.0], INTEL)),
+        Parameter("RATE", FLOAT, (), encode_floats([recording.rate], INTEL)),
+        Parameter("DATA_START", INT, (), integers([0], INTEL)),
+        *text_parameters("UNITS", [recording.unit]),
+        *text_parameters("LABELS", recording.labels),
+    ]
+    last = integers([frames & 0xFFFF, frames >> 16], INTEL)
+    trial = [
+        Parameter("ACTUAL_START_FIELD", INT, (2,), integers([1, 0], INTEL)),
+        Parameter("ACTUAL_END_FIELD", INT, (2,), last),
+    ]
+    analog = [Parameter("USED", INT, (), integers([0], INTEL))]
+    names = {"POINT": point, "ANALOG": analog, "TRIAL": trial}
+    return [Group(k + 1, name, parameters=found) for k, (name, found) in enumerate(names.items())]
+
+
+def _rate(file: C3dFile) -> float:
+    """Frames a second: POINT:RATE, or the header's where that parameter is not there."""
+    rate = file.number("POINT", "RATE")
+    return (
+        float(decode_floats(np.frombuffer(file.header[20:24], np.uint8), file.processor)[0]) if rate is None else rate
+    )
+
+
+def _positions(file: C3dFile, columns: list[int]) -> Float[np.ndarray, "frames points 3"]:
+    """Positions in the file's unit, NaN where missing."""
+    records = np.ascontiguousarray(file.points[:, columns])
+    raw = records.view(np.uint8).reshape(*records.shape, -1)
+    if raw.shape[-1] == 8:
+        words = np.ascontiguousarray(raw).view(">i2" if file.processor == 86 else "<i2")
+        points = words[..., :3] * float(file.scale)
+    else:
+        words = decode_floats(raw, file.processor)
+        points = words[..., :3].astype(np.float64)
+    points[_missing(points, words[..., 3])] = np.nan
+    return points
+
+
+def _missing(
+    points: Float[np.ndarray, "frames points 3"], residual: Float[np.ndarray, "frames points"]
+) -> Bool[np.ndarray, "frames points"]:
+    """Capture systems mark a point that was not seen by a negative residual, by the origin, or by NaN."""
+    return (residual < 0) | (points == 0).all(-1) | ~np.isfinite(points).all(-1)

@@ -1,0 +1,226 @@
+"""The layout of a C3D file: header, parameters, then a record of fixed length for each frame.
+
+We read and write the bytes ourselves, so that whatever labelling has no business with (analog samples, events,
+integer formats, unknown groups) comes out exactly as it went in, files with more than 65,535 frames keep them all,
+and a damaged file is an error and never a crash.
+"""
+
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Shaped, UInt8
+
+from dshpm_jax.io._atomic import write_whole
+from dshpm_jax.io._c3d_parameters import (
+    CHAR,
+    DEC,
+    INT,
+    INTEL,
+    MIPS,
+    Group,
+    Parameter,
+    byte_order,
+    decode_floats,
+    encode_floats,
+    integers,
+    pack_parameters,
+    unpack_parameters,
+    with_parameters,
+)
+from dshpm_jax.io._errors import ReadError, WriteError
+
+BLOCK = 512
+MAX_FRAMES_FIELD = 0xFFFF  # the 16-bit frame counts saturate here
+
+
+@dataclass
+class C3dFile:
+    """A C3D file in memory.
+
+    Attributes:
+        header: its first 512 bytes.
+        processor: INTEL, DEC or MIPS: how numbers are stored.
+        groups: the parameters.
+        points: the record of each point, opaque bytes of `record_bytes`.
+        analog: all that follows the points in each frame's record.
+        tail: what follows the last frame (from the next block on).
+    """
+
+    header: bytes
+    processor: int
+    groups: list[Group]
+    points: Shaped[np.ndarray, "frames points"]
+    analog: UInt8[np.ndarray, "frames analog_bytes"]
+    tail: bytes = b""
+
+    @property
+    def scale(self) -> float:
+        """Millimetres (or what the unit is) of one count; not positive in a file of floating point numbers."""
+        return float(decode_floats(np.frombuffer(self.header[12:16], np.uint8), self.processor)[0])
+
+    def find(self, group: str, name: str) -> Parameter | None:
+        for g in self.groups:
+            if g.name.upper() == group:
+                for p in g.parameters:
+                    if p.name.upper() == name:
+                        return p
+        return None
+
+    def strings(self, group: str, name: str) -> list[str]:
+        """Texts of a parameter and of its continuations (`LABELS2`, ...)."""
+        found, k, here = [], 1, self.find(group, name)
+        while here is not None:
+            found += here.strings() if here.kind == CHAR else []
+            k, here = k + 1, self.find(group, f"{name}{k + 1}")
+        return found
+
+    def number(self, group: str, name: str) -> float | None:
+        """The first value of a parameter, if it is there and has any."""
+        here = self.find(group, name)
+        values = here.numbers(self.processor) if here is not None else []
+        return values[0] if values else None
+
+
+def missing_record(file: C3dFile) -> np.void:
+    """The record of a point that was not seen: zeros and a residual of -1, in the file's own numbers."""
+    if file.points.dtype.itemsize == 8:
+        raw = integers([0, 0, 0, 0xFFFF], file.processor)
+    else:
+        raw = encode_floats([0.0, 0.0, 0.0, -1.0], file.processor)
+    return np.frombuffer(raw, file.points.dtype)[0]
+
+
+def read_layout(path: Path) -> C3dFile:
+    """Reads a C3D file; raises `ReadError` for anything that is none, or not a whole one."""
+    try:
+        size = path.stat().st_size
+        raw = np.memmap(path, np.uint8, "r") if size else np.zeros(0, np.uint8)
+    except OSError as error:
+        raise ReadError(path, f"cannot be read ({error.strerror})", "check the path and its permissions") from None
+    if not size:
+        raise ReadError(path, "the file is empty", "export it again")
+    if size < BLOCK or raw[1] != 0x50:
+        raise ReadError(path, "this is no C3D file", "give a C3D or TRC file")
+    try:
+        return _parse(raw, path)
+    except (IndexError, struct.error, ValueError, OverflowError) as error:
+        if isinstance(error, ReadError):
+            raise
+        raise ReadError(path, "its parameter section is damaged", "export it again") from None
+
+
+def write_layout(file: C3dFile, path: Path) -> None:
+    """Writes a C3D file, whole or not at all."""
+    if file.points.shape[1] > 0xFFFF:
+        raise WriteError(path, f"{file.points.shape[1]} points are more than a C3D file holds", "leave some out")
+    parameter_blocks = _blocks(len(pack_parameters(file.groups, file.processor)) + 4)
+    if parameter_blocks > 255:
+        raise WriteError(path, "its parameters are longer than a C3D file allows", "shorten labels and descriptions")
+    write_whole(path, _chunks(file, parameter_blocks))
+
+
+def _chunks(file: C3dFile, parameter_blocks: int) -> Iterator[bytes | memoryview]:
+    """The bytes of the file, frames some at a time."""
+    data_start = 2 + parameter_blocks
+    frames, points = file.points.shape
+    frame_bytes = points * file.points.dtype.itemsize + file.analog.shape[1]
+    tail_start = data_start + _blocks(frames * frame_bytes)
+    groups = _with_starts(file, data_start, tail_start)
+    header = bytearray(file.header)
+    header[0] = 2
+    header[2:4] = integers([points], file.processor)
+    header[16:18] = integers([data_start], file.processor)
+    yield bytes(header)
+    packed = bytes([1, 0x50, parameter_blocks, file.processor]) + pack_parameters(groups, file.processor)
+    yield packed.ljust(parameter_blocks * BLOCK, b"\0")
+    step = max(1, (1 << 24) // max(1, frame_bytes))
+    for k in range(0, frames, step):
+        part = np.ascontiguousarray(file.points[k : k + step])
+        rows = part.view(np.uint8).reshape(len(part), -1)
+        yield np.concatenate([rows, file.analog[k : k + step]], axis=1).tobytes()
+    yield bytes(-(frames * frame_bytes) % BLOCK)
+    yield file.tail
+
+
+def _with_starts(file: C3dFile, data_start: int, tail_start: int) -> list[Group]:
+    """The parameters with the places of the data as they are in the new file."""
+    start = Parameter("DATA_START", INT, (), integers([data_start], file.processor))
+    groups = with_parameters(file.groups, "POINT", [start])
+    if file.tail and file.number("ROTATION", "DATA_START"):  # rotations stand behind the last frame
+        groups = with_parameters(groups, "ROTATION", [replace(start, data=integers([tail_start], file.processor))])
+    return groups
+
+
+def _parse(raw: np.ndarray, path: Path) -> C3dFile:
+    header = raw[:BLOCK].tobytes()
+    begin = (header[0] - 1) * BLOCK
+    if begin < BLOCK or begin + 4 > len(raw):
+        raise ReadError(path, "it ends before its parameters (truncated)", "copy or export it again")
+    blocks, processor = int(raw[begin + 2]), int(raw[begin + 3])
+    if processor not in (INTEL, DEC, MIPS):
+        raise ReadError(path, f"unknown processor type {processor} in its parameter section", "export it again")
+    file = C3dFile(header, processor, [], np.zeros((0, 0)), np.zeros((0, 0), np.uint8))
+    points, samples, first, last = struct.unpack(f"{byte_order(processor)}4H", header[2:10])
+    start_block = struct.unpack(f"{byte_order(processor)}H", header[16:18])[0]
+    end = max(begin + blocks * BLOCK, (start_block - 1) * BLOCK)  # some writers leave the count of blocks at zero
+    if end > len(raw):
+        raise ReadError(path, "it ends within its parameters (truncated)", "copy or export it again")
+    file.groups = unpack_parameters(raw[begin + 4 : end].tobytes(), processor)
+    data_start = int(start_block or file.number("POINT", "DATA_START") or 0)
+    if data_start < 2:
+        raise ReadError(path, "it does not say where its data start", "export it again")
+    word = 2 if file.scale > 0 else 4
+    frame_bytes = 4 * points * word + samples * word
+    data = raw[(data_start - 1) * BLOCK :]
+    frames = _count_frames(file, first, last, data, frame_bytes, path) if frame_bytes else 0
+    records = data[: frames * frame_bytes].reshape(frames, frame_bytes)
+    file.points = np.ascontiguousarray(records[:, : 4 * points * word]).view(f"V{4 * word}").reshape(frames, points)
+    file.analog = records[:, 4 * points * word :]
+    file.tail = data[_blocks(frames * frame_bytes) * BLOCK :].tobytes()
+    return file
+
+
+def _count_frames(file: C3dFile, first: int, last: int, data: np.ndarray, frame_bytes: int, path: Path) -> int:
+    """How many frames the file holds: its 16-bit counts cannot say more than 65,535."""
+    room = len(data) // frame_bytes
+    counted = file.number("POINT", "FRAMES")
+    declared = last - first + 1 if last >= first and last > 0 else int(counted or 0)
+    if counted == 0:
+        return 0
+    longer = [file.number("POINT", "LONG_FRAMES") or 0, _trial_frames(file)]
+    longest = int(max(longer))
+    if MAX_FRAMES_FIELD < longest <= room:
+        return longest
+    if last == MAX_FRAMES_FIELD or counted == MAX_FRAMES_FIELD:
+        return _without_padding(data, frame_bytes, room, declared)
+    if declared > room:
+        remedy = "copy or export it again"
+        raise ReadError(path, f"it announces {declared} frames and ends after {room} (truncated)", remedy)
+    return declared
+
+
+def _trial_frames(file: C3dFile) -> int:
+    """Frames between TRIAL:ACTUAL_START_FIELD and ACTUAL_END_FIELD, two 16-bit words each, the lower first."""
+    ends = [file.find("TRIAL", f"ACTUAL_{end}_FIELD") for end in ("START", "END")]
+    values = [p.numbers(file.processor) if p is not None else [] for p in ends]
+    if not all(len(v) == 2 for v in values):
+        return 0
+    start, stop = (low + 65536 * high for low, high in values)
+    return int(stop - start + 1)
+
+
+def _without_padding(data: np.ndarray, frame_bytes: int, room: int, least: int) -> int:
+    """Frames up to the end of the file, less the empty ones in its last block, which may be padding."""
+    frames = room
+    while frames > least and (room - frames + 1) * frame_bytes < BLOCK:
+        if data[(frames - 1) * frame_bytes : frames * frame_bytes].any():
+            break
+        frames -= 1
+    return frames
+
+
+def _blocks(size: int) -> int:
+    return -(-size // BLOCK)

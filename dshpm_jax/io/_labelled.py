@@ -1,0 +1,90 @@
+"""A labelling as a C3D file: labels and the order of columns change, and nothing else."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Int
+
+from dshpm_jax._labelling import Labelling
+from dshpm_jax._recording import Recording
+from dshpm_jax._types import NO_MATCH
+from dshpm_jax.io._c3d import fresh_layout, raw_labels, recording_of
+from dshpm_jax.io._c3d_format import C3dFile, missing_record, read_layout, write_layout
+from dshpm_jax.io._c3d_parameters import INT, Parameter, integers, text_parameters, with_parameters
+from dshpm_jax.io._errors import WriteError
+
+
+def write_labelled(labelling: Labelling, path: str | Path) -> None:
+    """Writes the recording with its labels as C3D.
+
+    First the model's markers in the model's order (one that was never found is a column without points), then what
+    stayed unlabelled as `*1`, `*2`, ..., a column for each source column that has any left, then the model outputs
+    of the source file. Points keep their coordinates, residuals and camera masks bit by bit; analog samples,
+    events, rates and all other parameters come from the source file as they are. A recording that came from no C3D
+    file makes a fresh one.
+    """
+    recording = labelling.recording
+    file, columns = _source(recording)
+    found, left = _marker_columns(labelling, columns), _unlabelled_columns(labelling, columns)
+    outputs = [c for c in range(file.points.shape[1]) if c not in set(columns)]
+    source = np.concatenate([found, left, np.broadcast_to(outputs, (len(found), len(outputs)))], axis=1)
+    write_layout(_rearranged(file, source.astype(int), _names(labelling, file, left.shape[1], outputs)), Path(path))
+
+
+def _source(recording: Recording) -> tuple[C3dFile, tuple[int, ...]]:
+    """The file to take records from, and the column in it of each column of `recording`."""
+    if recording.source is None or recording.source.suffix.lower() != ".c3d":
+        return fresh_layout(recording), tuple(range(recording.points.shape[1]))
+    file = read_layout(recording.source)
+    now = recording_of(file, recording.source)
+    if now.columns != recording.columns or not np.array_equal(now.points, recording.points, equal_nan=True):
+        remedy = "label it again, or set the recording's source to None to write the points in memory"
+        raise WriteError(recording.source, "the file has other points than the recording that was labelled", remedy)
+    return file, recording.columns
+
+
+def _marker_columns(labelling: Labelling, columns: tuple[int, ...]) -> Int[np.ndarray, "frames markers"]:
+    """For each marker the source column that holds it in each frame, or `NO_MATCH`."""
+    identities = labelling.identities
+    found = np.full((len(identities), labelling.model.num_markers), NO_MATCH)
+    frame, column = np.nonzero(identities != NO_MATCH)
+    found[frame, identities[frame, column]] = np.asarray(columns)[column]
+    return found
+
+
+def _unlabelled_columns(labelling: Labelling, columns: tuple[int, ...]) -> Int[np.ndarray, "frames columns"]:
+    """Source columns that hold unlabelled points, `NO_MATCH` in frames where their point has a label.
+
+    Frames in which the source sees no point keep its own record.
+    """
+    labelled = labelling.identities != NO_MATCH
+    rest = np.flatnonzero((labelling.recording.present & ~labelled).any(0))
+    return np.where(labelled[:, rest], NO_MATCH, np.asarray(columns, dtype=int)[rest])
+
+
+def _names(labelling: Labelling, file: C3dFile, num_left: int, outputs: list[int]) -> list[str]:
+    labels = raw_labels(file)
+    return [*labelling.model.markers, *(f"*{k + 1}" for k in range(num_left)), *(labels[c] for c in outputs)]
+
+
+def _rearranged(file: C3dFile, source: Int[np.ndarray, "frames columns"], names: list[str]) -> C3dFile:
+    """The file with column `k` taken from column `source[t, k]` in frame `t` and named `names[k]`."""
+    nothing = np.full((len(file.points), 1), missing_record(file), dtype=file.points.dtype)
+    records = np.concatenate([file.points, nothing], axis=1)  # NO_MATCH is -1: the last column
+    points = np.take_along_axis(records, source % records.shape[1], axis=1)
+    used = Parameter("USED", INT, (), integers([min(len(names), 0xFFFF)], file.processor))
+    new = [used, *text_parameters("LABELS", names), *_descriptions(file, source)]
+    groups = with_parameters(file.groups, "POINT", new, drop=r"(LABELS|DESCRIPTIONS)\d*")
+    return replace(file, points=points, groups=groups)
+
+
+def _descriptions(file: C3dFile, source: Int[np.ndarray, "frames columns"]) -> list[Parameter]:
+    """The descriptions of columns that come from one column of the source, if the source has any."""
+    old = file.strings("POINT", "DESCRIPTIONS")
+    if not old:
+        return []
+    low = np.where(source == NO_MATCH, len(file.points[0]), source).min(0)
+    same = low == source.max(0)
+    texts = [old[c] if alone and c < len(old) else "" for c, alone in zip(low, same, strict=True)]
+    return text_parameters("DESCRIPTIONS", texts)

@@ -1,0 +1,24 @@
+"""One `read` for every format that we know."""
+
+from pathlib import Path
+
+from dshpm_jax._recording import Recording
+from dshpm_jax.io._c3d import read_c3d
+from dshpm_jax.io._errors import ReadError
+from dshpm_jax.io._trc import read_trc
+
+_READERS = {".c3d": read_c3d, ".trc": read_trc}
+
+SUFFIXES = tuple(_READERS)
+"""Endings (in lower case) of the files that `read` reads."""
+
+
+def read(path: str | Path) -> Recording:
+    """Reads a recording, its format told by its ending; raises `ReadError` where that is not possible."""
+    path = Path(path)
+    reader = _READERS.get(path.suffix.lower())
+    if reader is None:
+        raise ReadError(path, f"unknown kind of file '{path.suffix}'", f"give one of {', '.join(SUFFIXES)}")
+    if not path.is_file():
+        raise ReadError(path, "is a folder" if path.is_dir() else "there is no such file", "check the path")
+    return reader(path)

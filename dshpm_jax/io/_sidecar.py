@@ -1,0 +1,70 @@
+"""What was decided about each trajectory, as JSON beside the labelled file."""
+
+import json
+from collections.abc import Mapping
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dshpm_jax._labelling import Labelling
+from dshpm_jax._recording import is_unlabelled
+from dshpm_jax._types import NO_MATCH
+from dshpm_jax.io._atomic import write_whole
+
+
+def write_sidecar(labelling: Labelling, path: str | Path, settings: Mapping[str, Any] | None = None) -> None:
+    """Writes source columns, frames, label, confidence and reason of every trajectory, a line each.
+
+    `settings` are recorded as they are. Frames and columns count from 0; both ends of a frame range belong to it.
+    """
+    recording = labelling.recording
+    head = {
+        "format": "dshpm-labels",
+        "version": 1,
+        "made_by": f"dshpm-jax {version('dshpm-jax')}",
+        "source": recording.source.name if recording.source else None,
+        "rate": recording.rate,
+        "frames": recording.num_frames,
+        "markers": labelling.model.markers,
+        "settings": dict(settings or {}),
+        "stats": labelling.stats,
+    }
+    lines = [f" {json.dumps(key)}: {_dumps(value)}" for key, value in head.items()]
+    rows = ",\n".join("  " + _dumps(row(labelling, j)) for j in range(len(labelling.trajectories)))
+    lines.append(f' "trajectories": [\n{rows}\n ]')
+    write_whole(Path(path), [("{\n" + ",\n".join(lines) + "\n}\n").encode()])
+
+
+def row(labelling: Labelling, trajectory: int) -> dict[str, Any]:
+    """The sidecar's row of one trajectory; `columns` are runs [column, first, last] where it changes its column."""
+    tracks, recording = labelling.trajectories, labelling.recording
+    start, stop = int(tracks.start[trajectory]), int(tracks.stop[trajectory])
+    column = tracks.column[start:stop, tracks.slot[trajectory]]
+    edges = [0, *(np.flatnonzero(np.diff(column)) + 1), len(column)]
+    runs = [
+        [recording.columns[column[a]], start + int(a), start + int(b) - 1]
+        for a, b in zip(edges, edges[1:], strict=False)
+    ]
+    identity = int(labelling.identity[trajectory])
+    found: dict[str, Any] = {"column": runs[0][0] if len(runs) == 1 else None}
+    if len(runs) > 1:
+        found["columns"] = runs
+    elif not is_unlabelled(recording.labels[column[0]]):
+        found["was"] = recording.labels[column[0]]
+    return found | {
+        "frames": [start, stop - 1],
+        "label": None if identity == NO_MATCH else labelling.model.markers[identity],
+        "confidence": round(float(labelling.confidence[trajectory]), 4),
+        "reason": str(labelling.reason[trajectory]),
+    }
+
+
+def _dumps(value: Any) -> str:
+    return json.dumps(value, default=_plain)
+
+
+def _plain(value: Any) -> Any:
+    """Numpy values and paths, which json does not know."""
+    return value.tolist() if isinstance(value, np.ndarray | np.generic) else str(value)

@@ -1,0 +1,29 @@
+"""Length units of files; inside, every length is in millimetres."""
+
+from pathlib import Path
+
+from dshpm_jax.io._errors import ReadError
+
+MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0}
+"""How many millimetres a unit has."""
+
+_SPELLINGS = {
+    "millimeter": "mm",
+    "millimetre": "mm",
+    "centimeter": "cm",
+    "centimetre": "cm",
+    "meter": "m",
+    "metre": "m",
+}
+
+
+def length_unit(text: str, path: Path) -> str:
+    """The unit that a file names, one of `MILLIMETRES`; mm where the field is empty or holds no word at all."""
+    word = text.strip().strip("[]().").lower()
+    if not word.isalpha():
+        return "mm"
+    unit = _SPELLINGS.get(word.removesuffix("s"), word)
+    if unit not in MILLIMETRES:
+        known = ", ".join(MILLIMETRES)
+        raise ReadError(path, f"its length unit is '{text.strip()}', not one of {known}", "convert it to one of these")
+    return unit
