@@ -1,0 +1,101 @@
+"""Subject models as JSON that people can read, compare and correct."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dshpm_jax._hierarchy import Segment, depth_first
+from dshpm_jax._model import SubjectModel
+from dshpm_jax._types import NO_PARENT
+from dshpm_jax.io._atomic import write_whole
+from dshpm_jax.io._errors import ReadError
+from dshpm_jax.io._fields import decode, encode
+
+FORMAT, VERSION = "dshpm-model", 1
+_REMEDY = "make it again with 'dshpm-jax model' or correct that entry"
+
+
+def write_model(model: SubjectModel, path: str | Path) -> None:
+    """Writes a model, a line for each row of a table, lengths rounded to 1e-4 mm."""
+    head = {"format": FORMAT, "version": VERSION}
+    write_whole(Path(path), [(_layout(head | encode(model)) + "\n").encode()])
+
+
+def read_model(path: str | Path) -> SubjectModel:
+    """Reads a model and checks that it is one; raises `ReadError` that names the entry that is wrong."""
+    path = Path(path)
+    try:
+        found = json.loads(path.read_bytes())
+    except OSError as error:
+        raise ReadError(path, f"cannot be read ({error.strerror})", "check the path") from None
+    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        what = "the file is empty" if not path.stat().st_size else f"is no JSON ({error})"
+        raise ReadError(path, what, "make it again with 'dshpm-jax model'") from None
+    if not isinstance(found, dict) or found.pop("format", None) != FORMAT:
+        raise ReadError(path, "this is no marker model", "make one with 'dshpm-jax model'")
+    if (version := found.pop("version", None)) != VERSION:
+        raise ReadError(path, f"has version {version}, this program knows {VERSION}", "make it again")
+    try:
+        model = decode(SubjectModel, found, "the model", {})
+        _check(model)
+    except ValueError as error:
+        raise ReadError(path, str(error), _REMEDY) from None
+    return model
+
+
+def _layout(value: Any, indent: int = 0) -> str:
+    """JSON with a line for each entry, but the innermost lists and objects in one line."""
+    inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    if not any(isinstance(item, dict | list) for item in inner):
+        return json.dumps(value, ensure_ascii=False)
+    pad = " " * (indent + 1)
+    if isinstance(value, dict):
+        rows = [f"{pad}{json.dumps(key)}: {_layout(item, indent + 1)}" for key, item in value.items()]
+    else:
+        rows = [pad + _layout(item, indent + 1) for item in value]
+    opening, closing = "{}" if isinstance(value, dict) else "[]"
+    return f"{opening}\n" + ",\n".join(rows) + f"\n{' ' * indent}{closing}"
+
+
+def _check(model: SubjectModel) -> None:
+    """Raises ValueError where the parts of a model contradict each other."""
+    if not model.markers:
+        raise ValueError("the model has no markers")
+    if len(set(model.markers)) < len(model.markers):
+        twice = next(name for name in model.markers if model.markers.count(name) > 1)
+        raise ValueError(f"the model has two markers with the name '{twice}'")
+    for name in ("pair_mean", "pair_spread", "pair_low", "pair_high", "pair_frames"):
+        table = getattr(model, name)
+        if not np.array_equal(table, table.T, equal_nan=True):
+            raise ValueError(f"the model.{name} is not symmetric")
+        if (table < 0).any():
+            raise ValueError(f"the model.{name} holds negative numbers")
+    for s, segment in enumerate(model.segments):
+        _check_segment(model, s, segment)
+    if len(depth_first(model.segments)) < len(model.segments):
+        raise ValueError("the parents of the segments form a circle")
+    if lost := set(range(model.num_markers)) - {m for segment in model.segments for m in segment.markers}:
+        raise ValueError(f"the marker '{model.markers[min(lost)]}' belongs to no segment")
+
+
+def _check_segment(model: SubjectModel, s: int, segment: Segment) -> None:
+    place = f"the segment '{segment.name}'"
+    if not segment.markers:
+        raise ValueError(f"{place} has no markers")
+    if list(segment.markers) != sorted(set(segment.markers)):
+        raise ValueError(f"{place} does not list its markers in ascending order, each once")
+    if not (0 <= segment.markers[0] and segment.markers[-1] < model.num_markers):
+        raise ValueError(f"{place} names a marker beyond the {model.num_markers} of the model (they count from 0)")
+    if not np.isfinite(segment.shape).all():
+        raise ValueError(f"{place} has a shape with missing numbers")
+    if segment.parent != NO_PARENT and not (0 <= segment.parent < len(model.segments) and segment.parent != s):
+        raise ValueError(f"{place} has the parent {segment.parent}, which is no other segment")
+    shared = set(segment.markers)
+    if segment.parent != NO_PARENT:
+        shared &= set(model.segments[segment.parent].markers)
+    if not set(segment.join) <= shared:
+        raise ValueError(f"{place} joins its parent in markers that they do not share")
+    if not (segment.distortion_ratio > 0 and 0 < segment.matching_quantity <= 1):
+        raise ValueError(f"{place} needs a positive distortion_ratio and a matching_quantity between 0 and 1")
