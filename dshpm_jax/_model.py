@@ -1,11 +1,18 @@
 """The subject's articulated marker model on the host."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from dshpm_jax._hierarchy import Segment
+from dshpm_jax._model_building import build_segments, gather, pair_statistics
+from dshpm_jax._recording import Recording
+
+TOLERANCE_SPREADS, TOLERANCE_MM, TOLERANCE_SHARE = 1.5, 4.0, 0.015
+"""Allowed change of a pair distance: so many standard deviations, so many mm and such a share of the distance."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,3 +41,35 @@ class SubjectModel:
     @property
     def num_markers(self) -> int:
         return len(self.markers)
+
+    @classmethod
+    def from_recordings(
+        cls, recordings: Sequence[Recording], segments: Mapping[str, Any] | None = None, template: str | None = None
+    ) -> "SubjectModel":
+        """A model from labelled recordings of one subject.
+
+        Arguments:
+            recordings: one or more; columns without a name are ignored. A recording counts by how much it moves.
+            segments: segment names to `{"markers": [...], "parent": ...}` or to lists of marker names; by default
+                segments are found from the motion or, where there is none, from the names of the markers.
+            template: take the segments from a known marker set, such as "plug-in-gait".
+        """
+        names, clips = gather(recordings)
+        statistics = pair_statistics(clips)
+        return cls(
+            markers=names,
+            segments=build_segments(names, clips, statistics, segments, template),
+            pair_mean=statistics.mean,
+            pair_spread=statistics.spread,
+            pair_low=statistics.low,
+            pair_high=statistics.high,
+            pair_frames=statistics.frames,
+            sources=tuple(recording.source.name for recording in recordings if recording.source),
+        )
+
+
+def pair_tolerance(model: SubjectModel) -> Float[np.ndarray, "markers markers"]:
+    """Allowed change of each pair distance (mm): sqrt((1.5 sd)^2 + (4 mm)^2 + (1.5 % d)^2), NaN where unknown."""
+    return np.sqrt(
+        (TOLERANCE_SPREADS * model.pair_spread) ** 2 + TOLERANCE_MM**2 + (TOLERANCE_SHARE * model.pair_mean) ** 2
+    )

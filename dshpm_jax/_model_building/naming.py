@@ -1,0 +1,24 @@
+"""Readable names for segments that were found from motion."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from dshpm_jax._model_building.body_parts import parts_of
+
+
+def segment_names(segments: Sequence[Sequence[int]], names: Sequence[str]) -> list[str]:
+    """A part of the body for each segment where its markers' names say one, each part once; else `segment-3`."""
+    parts = sorted({part for name in names for part in parts_of(name)})
+    votes = np.zeros((len(segments), len(parts)))
+    for s, markers in enumerate(segments):
+        for k, part in enumerate(parts):
+            # A marker that can only be here counts fully, one at a joint half.
+            votes[s, k] = sum((part in parts_of(names[m])) / max(len(parts_of(names[m])), 1) for m in markers)
+        votes[s] /= len(markers)
+    found = [f"segment-{s}" for s in range(len(segments))]
+    for s, k in zip(*linear_sum_assignment(votes, maximize=True)):
+        if votes[s, k] > 0:
+            found[s] = parts[k]
+    return found

@@ -1,0 +1,124 @@
+"""From groups that do not overlap to segments that do (section 3.1): shared joins, growth of small groups, links.
+
+A marker near a joint is nearly rigid with both neighbours and belongs to both. Sparse sets have parts of the body with
+one marker or none of their own (a knee, an elbow): a *link* segment then spans the joint's two markers, such as
+{hip, knee}, so that the chain from the root has no hole.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float
+
+GROW_SIZE, GROW_SOFTNESS = 4, 1.5
+"""Groups of fewer markers take in their most rigid outside neighbours while their mean softness stays below this."""
+
+SHARE_SOFTNESS, SHARE_MOST = 1.1, 2
+"""A joint shares so many markers at most, each with a mean softness to the other group below this."""
+
+LINK_SOFTNESS, LINK_SIZE = 5.0, 3
+"""A link segment is made of pairs below this softness and grows to so many markers."""
+
+FIT_SIZE = 3
+"""Groups of fewer markers have no pose of their own, so a link must tie them to their neighbours."""
+
+
+def overlapping(
+    found: Sequence[Sequence[int]], soft: Float[np.ndarray, "markers markers"]
+) -> tuple[list[list[int]], list[list[int]]]:
+    """Segments that share markers at the joints, and the tree over them.
+
+    Arguments:
+        found: groups of markers that do not overlap and cover all markers.
+        soft: softness of every pair of markers.
+
+    Returns the segments (markers ascending) and, for each, its neighbours in the tree.
+    """
+    segments = [set(group) for group in found]
+    for segment in segments:
+        _grow(segment, soft)
+    for a, b in edges(spanning_tree(closeness(found, soft))):
+        if not segments[a] & segments[b]:
+            _share(segments, found, a, b, soft)
+        if not segments[a] & segments[b] and min(len(found[a]), len(found[b])) < FIT_SIZE:
+            segments.append(_link(found[a], found[b], soft))
+    kept = _without_subsets(segments)
+    return kept, spanning_tree(closeness(kept, soft))
+
+
+def _grow(segment: set[int], soft: np.ndarray) -> None:
+    """Adds the most rigid outside markers, one by one, to a small segment."""
+    while len(segment) < min(GROW_SIZE, len(soft)):
+        inside = sorted(segment)
+        mean = soft[:, inside].mean(1)
+        mean[inside] = np.inf
+        best = int(np.argmin(mean))
+        if mean[best] > GROW_SOFTNESS:
+            return
+        segment.add(best)
+
+
+def _share(segments: list[set[int]], found: Sequence[Sequence[int]], a: int, b: int, soft: np.ndarray) -> None:
+    """Makes the markers of one group that are most rigid with the other members of both."""
+    offers = []
+    for giver, taker in ((a, b), (b, a)):
+        for marker in found[giver]:
+            offers.append((float(soft[marker, list(found[taker])].mean()), marker, taker))
+    for cost, marker, taker in sorted(offers)[:SHARE_MOST]:
+        if cost < SHARE_SOFTNESS:
+            segments[taker].add(marker)
+
+
+def _link(one: Sequence[int], other: Sequence[int], soft: np.ndarray) -> set[int]:
+    """The most rigid pair across two groups, and whatever else of them is as rigid with it."""
+    between = soft[np.ix_(one, other)]
+    i, j = np.unravel_index(int(np.argmin(between)), between.shape)
+    link = {one[int(i)], other[int(j)]}
+    while len(link) < LINK_SIZE:
+        rest = [m for m in (*one, *other) if m not in link]
+        mean = [float(soft[m, sorted(link)].mean()) for m in rest]
+        if not rest or min(mean) > LINK_SOFTNESS:
+            break
+        link.add(rest[int(np.argmin(mean))])
+    return link
+
+
+def _without_subsets(segments: Sequence[set[int]]) -> list[list[int]]:
+    """Segments that no other one contains, in order; of equal ones the first."""
+    kept = []
+    for s, segment in enumerate(segments):
+        if not any(segment < other or (segment == other and o < s) for o, other in enumerate(segments)):
+            kept.append(sorted(segment))
+    return sorted(kept)
+
+
+def closeness(found: Sequence[Sequence[int]], soft: np.ndarray) -> Float[np.ndarray, "groups groups"]:
+    """Softness between groups over their most rigid three pairs; shared markers bring groups together."""
+    between = np.zeros((len(found), len(found)))
+    for a, one in enumerate(found):
+        for b, other in enumerate(found):
+            if a != b:
+                shared = len(set(one) & set(other))
+                apart = [(i, j) for i in one for j in other if i not in other and j not in one]
+                pairs = np.sort([soft[i, j] for i, j in apart])[:3] if apart else np.zeros(1)
+                between[a, b] = pairs.mean() / (1 + 2 * shared)
+    return between
+
+
+def spanning_tree(between: Float[np.ndarray, "groups groups"]) -> list[list[int]]:
+    """Neighbours of every group in the minimum spanning tree (Prim's, ties by index)."""
+    count = len(between)
+    links: list[list[int]] = [[] for _ in range(count)]
+    inside = [0]
+    while len(inside) < count:
+        outside = [g for g in range(count) if g not in inside]
+        a, b = min(((a, b) for a in inside for b in outside), key=lambda ab: (between[ab], ab))
+        links[a].append(b)
+        links[b].append(a)
+        inside.append(b)
+    return links
+
+
+def edges(links: Sequence[Sequence[int]]) -> list[tuple[int, int]]:
+    """Each edge of a tree once."""
+    return [(a, b) for a, near in enumerate(links) for b in near if a < b]

@@ -1,0 +1,237 @@
+"""Builds the segments of a model: which markers, what shape, how soft, and how they hang together."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from dshpm_jax._hierarchy import Segment, VirtualJoin, choose_root
+from dshpm_jax._model_building.body_parts import recognised
+from dshpm_jax._model_building.naming import segment_names
+from dshpm_jax._model_building.overlap import closeness, overlapping, spanning_tree
+from dshpm_jax._model_building.partition import groups, softness
+from dshpm_jax._model_building.shapes import MAX_SHAPE_FRAMES, fit, joint_centre, mean_shape
+from dshpm_jax._model_building.statistics import PairStatistics
+from dshpm_jax._model_building.templates import BY_NAMES, TEMPLATES, by_template
+from dshpm_jax._types import MIN_FIT_POINTS, NO_PARENT
+
+STILL_MM = 8.0
+"""Recordings are still if nine in ten pairs of markers keep their distance within this spread."""
+
+KNOWN_NAMES = 0.8
+"""A still recording takes its segments from names if so many of them are known."""
+
+RATIO_LOW, RATIO_HIGH = 0.05, 0.2
+QUANTITY_LOW, QUANTITY_HIGH = 0.8, 0.9
+"""The paper's ranges of the distortion ratio and the matching quantity (section 5.1.1)."""
+
+MAX_JOINT_SPREAD_MM = 40.0
+"""A joint centre that the recordings place worse than this is none."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Which markers form which segment and what hangs from what, before any geometry."""
+
+    names: list[str]
+    markers: list[list[int]]
+    parents: list[int]
+
+
+def build_segments(
+    names: Sequence[str],
+    clips: Sequence[Float[np.ndarray, "frames markers 3"]],
+    statistics: PairStatistics,
+    segments: Mapping[str, Any] | None = None,
+    template: str | None = None,
+) -> tuple[Segment, ...]:
+    """Segments from a file's mapping, a template, the motion, or the names of markers, whichever is there first."""
+    if segments is not None:
+        plan = _from_mapping(segments, names, statistics)
+    elif template is not None:
+        plan = _from_template(template, names, statistics)
+    elif is_still(statistics):
+        plan = _without_motion(names, statistics)
+    else:
+        plan = _from_motion(names, statistics)
+    return _geometry(plan, np.concatenate([_thin(clip) for clip in clips]), statistics)
+
+
+def is_still(statistics: PairStatistics) -> bool:
+    """Whether hardly any pair of markers changes its distance."""
+    spread = statistics.spread[np.triu_indices(len(statistics.spread), 1)]
+    spread = spread[np.isfinite(spread)]
+    return not len(spread) or float(np.quantile(spread, 0.9)) < STILL_MM
+
+
+def _thin(clip: np.ndarray) -> np.ndarray:
+    return clip[np.linspace(0, len(clip) - 1, min(len(clip), MAX_SHAPE_FRAMES)).astype(int)]
+
+
+def _from_motion(names: Sequence[str], statistics: PairStatistics) -> Plan:
+    soft = softness(statistics, names)
+    markers, links = overlapping(groups(soft, names), soft)
+    return Plan(segment_names(markers, names), markers, _parents(markers, links))
+
+
+def _without_motion(names: Sequence[str], statistics: PairStatistics) -> Plan:
+    known = recognised(names)
+    if known < KNOWN_NAMES:
+        raise ValueError(
+            f"the recordings show too little motion to find segments, and only {known:.0%} of the marker names are "
+            "known; add a recording in which every joint moves, or give the segments in a file"
+        )
+    return _from_template(BY_NAMES, names, statistics)
+
+
+def _from_template(template: str, names: Sequence[str], statistics: PairStatistics) -> Plan:
+    found = by_template(names, template)
+    if not found:
+        raise ValueError(
+            f"the template {template!r} knows none of the markers {_few(names)}; give the segments in a file, or one "
+            f"of the templates {', '.join(sorted(TEMPLATES))}"
+        )
+    covered = {m for markers in found.values() for m in markers}
+    for marker in sorted(set(range(len(names))) - covered):
+        _nearest(found, marker, statistics.mean).append(marker)
+    parts = [part for part, markers in found.items() if not any(set(markers) < set(o) for o in found.values())]
+    markers = [sorted(found[part]) for part in parts]
+    return Plan(parts, markers, _parents(markers, _nearest_tree(markers, statistics)))
+
+
+def _nearest(found: dict[str, list[int]], marker: int, distance: np.ndarray) -> list[int]:
+    """The segment with the nearest marker."""
+    far = np.nan_to_num(distance[marker], nan=np.inf)
+    return min(found.values(), key=lambda markers: min(far[m] for m in markers))
+
+
+def _from_mapping(segments: Mapping[str, Any], names: Sequence[str], statistics: PairStatistics) -> Plan:
+    place = {name: i for i, name in enumerate(names)}
+    labels = {name: list(entry["markers"]) for name, entry in _entries(segments).items()}
+    unknown = sorted({label for found in labels.values() for label in found} - place.keys())
+    if unknown:
+        raise ValueError(
+            f"the segments name markers that the recordings do not have: {_few(unknown)}; they have {_few(names)}"
+        )
+    left = sorted(set(names) - {label for found in labels.values() for label in found})
+    if left:
+        raise ValueError(f"no segment holds {_few(left)}; put every marker in at least one segment")
+    markers = [sorted({place[label] for label in found}) for found in labels.values()]
+    parents = _parents(markers, _nearest_tree(markers, statistics))
+    given = [entry.get("parent") for entry in _entries(segments).values()]
+    if any(given):
+        parents = _given_parents(list(labels), given)
+    return Plan(list(labels), markers, parents)
+
+
+def _entries(segments: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
+    """The mapping with every value as `{"markers": [...], "parent": ...}`; a bare list is the markers."""
+    entries = {}
+    for name, entry in segments.items():
+        entry = entry if isinstance(entry, Mapping) else {"markers": entry}
+        markers = entry.get("markers")
+        if isinstance(markers, str) or not isinstance(markers, Sequence) or not len(markers):
+            raise ValueError(f"segment {name!r} needs a list of one or more marker names in 'markers', got {markers!r}")
+        entries[str(name)] = entry
+    if not entries:
+        raise ValueError("no segments were given; expected a mapping of segment names to lists of markers")
+    return entries
+
+
+def _given_parents(names: list[str], given: Sequence[str | None]) -> list[int]:
+    """Parents by name; exactly one segment has none, and every chain ends there."""
+    unknown = sorted({parent for parent in given if parent and parent not in names})
+    if unknown:
+        raise ValueError(f"unknown parent segments {_few(unknown)}; the segments are {_few(names)}")
+    parents = [names.index(parent) if parent else NO_PARENT for parent in given]
+    roots = [name for name, parent in zip(names, parents) if parent == NO_PARENT]
+    if len(roots) != 1:
+        raise ValueError(f"exactly one segment may have no parent, got {len(roots)}: {_few(roots) or 'none'}")
+    for s in range(len(parents)):
+        here, steps = s, 0
+        while here != NO_PARENT and steps <= len(parents):
+            here, steps = parents[here], steps + 1
+        if steps > len(parents):
+            raise ValueError(f"the parents of segment {names[s]!r} go round in a circle; the chain must reach a root")
+    return parents
+
+
+def _few(names: Sequence[str], most: int = 8) -> str:
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
+
+
+def _nearest_tree(markers: Sequence[Sequence[int]], statistics: PairStatistics) -> list[list[int]]:
+    """The tree over given segments: those that share markers first, then those whose markers are near and rigid."""
+    far = np.nan_to_num(statistics.mean, nan=np.nanmax(statistics.mean, initial=1.0))
+    return spanning_tree(closeness(markers, far))
+
+
+def _parents(markers: Sequence[Sequence[int]], links: Sequence[Sequence[int]]) -> list[int]:
+    """Parents of a tree that hangs from the paper's choice of root (section 4.4)."""
+    root = choose_root([len(m) for m in markers], links)
+    parents = [NO_PARENT] * len(markers)
+    waiting, seen = [root], {root}
+    while waiting:
+        here = waiting.pop()
+        for near in links[here]:
+            if near not in seen:
+                parents[near] = here
+                seen.add(near)
+                waiting.append(near)
+    return parents
+
+
+def _geometry(plan: Plan, points: np.ndarray, statistics: PairStatistics) -> tuple[Segment, ...]:
+    """Shapes, poses over the recordings, joins and softness of the planned segments."""
+    shapes = [mean_shape(points[:, m], statistics.mean[np.ix_(m, m)]) for m in plan.markers]
+    segments = []
+    for s, markers in enumerate(plan.markers):
+        parent = plan.parents[s]
+        shared = () if parent == NO_PARENT else tuple(sorted(set(markers) & set(plan.markers[parent])))
+        ratio = _distortion_ratio(markers, statistics)
+        segments.append(
+            Segment(
+                name=plan.names[s],
+                markers=tuple(markers),
+                shape=shapes[s],
+                parent=parent,
+                join=shared,
+                virtual_join=_virtual_join(plan, s, shapes, points, statistics),
+                distortion_ratio=ratio,
+                matching_quantity=float(np.interp(ratio, (RATIO_LOW, RATIO_HIGH), (QUANTITY_LOW, QUANTITY_HIGH))),
+            )
+        )
+    return tuple(segments)
+
+
+def _virtual_join(
+    plan: Plan, s: int, shapes: Sequence[np.ndarray], points: np.ndarray, statistics: PairStatistics
+) -> VirtualJoin | None:
+    """The centre of the joint with the parent, drawn towards the middle of the nearest markers of the two."""
+    parent = plan.parents[s]
+    if parent == NO_PARENT or min(len(plan.markers[s]), len(plan.markers[parent])) < MIN_FIT_POINTS:
+        return None
+    poses, guesses = [], []
+    for here, there in ((parent, s), (s, parent)):
+        markers = plan.markers[here]
+        far = np.nan_to_num(statistics.mean[np.ix_(markers, plan.markers[there])], nan=np.inf).min(1)
+        guesses.append(shapes[here][np.argsort(far, kind="stable")[:2]].mean(0))
+        # A marker of both gives a little with each of them, so the poses rest on the others where these suffice.
+        own = [k for k, marker in enumerate(markers) if marker not in plan.markers[there]]
+        own = own if len(own) >= MIN_FIT_POINTS else list(range(len(markers)))
+        poses.append(fit(shapes[here][own], points[:, [markers[k] for k in own]]))
+    in_parent, in_segment, spread = joint_centre(poses[0], poses[1], guesses[0], guesses[1])
+    return VirtualJoin(in_parent, in_segment, spread) if spread <= MAX_JOINT_SPREAD_MM else None
+
+
+def _distortion_ratio(markers: Sequence[int], statistics: PairStatistics) -> float:
+    """Allowed relative change of a pair distance: three times the typical spread, within the paper's range."""
+    rows, columns = np.triu_indices(len(markers), 1)
+    index = np.asarray(markers)
+    mean, spread = (a[index[rows], index[columns]] for a in (statistics.mean, statistics.spread))
+    good = np.isfinite(spread) & (mean > 0)
+    if not good.any() or is_still(statistics):
+        return Segment.distortion_ratio
+    return float(np.clip(3 * np.sqrt((spread[good] ** 2).mean()) / mean[good].mean(), RATIO_LOW, RATIO_HIGH))

@@ -1,0 +1,115 @@
+"""Mean shapes of segments, their poses over the recordings, and the centres of the joints between them."""
+
+import numpy as np
+from jaxtyping import Float
+
+from dshpm_jax._types import MIN_FIT_POINTS
+
+ROUNDS = 8
+"""Rounds of the mean shape; it settles to a hundredth of a millimetre in fewer."""
+
+MAX_SHAPE_FRAMES = 400
+"""Frames that a shape and a joint are made from, evenly spaced."""
+
+
+def fit(
+    shape: Float[np.ndarray, "markers 3"], points: Float[np.ndarray, "frames markers 3"]
+) -> tuple[Float[np.ndarray, "frames 3 3"], Float[np.ndarray, "frames 3"]]:
+    """Rotation and translation of a shape onto the seen points of each frame; NaN with fewer than 3 or in a line.
+
+    Minimises the sum of squares of `rotation @ shape + translation - points`, never a reflection.
+    """
+    seen = np.isfinite((points + shape).sum(-1))
+    count = np.maximum(seen.sum(1), 1)[:, None]
+    model = np.where(seen[..., None], np.nan_to_num(shape), 0)
+    data = np.where(seen[..., None], points, 0)
+    model_mean, data_mean = model.sum(1) / count, data.sum(1) / count
+    model = np.where(seen[..., None], model - model_mean[:, None], 0)
+    data = np.where(seen[..., None], data - data_mean[:, None], 0)
+    u, size, vt = np.linalg.svd(np.einsum("fmi,fmj->fij", data, model))
+    flip = np.ones((len(points), 3))
+    flip[:, 2] = np.sign(np.linalg.det(u @ vt))
+    rotation = np.einsum("fij,fj,fjk->fik", u, flip, vt)
+    translation = data_mean - np.einsum("fij,fj->fi", rotation, model_mean)
+    poor = (seen.sum(1) < MIN_FIT_POINTS) | (size[:, 1] < 1.0)  # mm^2: points in a line leave a turn about it open
+    rotation[poor], translation[poor] = np.nan, np.nan
+    return rotation, translation
+
+
+def mean_shape(
+    points: Float[np.ndarray, "frames markers 3"], distances: Float[np.ndarray, "markers markers"]
+) -> Float[np.ndarray, "markers 3"]:
+    """Mean places of a segment's markers in a frame of its own, centred (mm), by generalised Procrustes analysis.
+
+    Frames with at least 3 of the markers take part, so markers that are never all seen together are still placed
+    through those that they are seen with. What no frame can place comes from the mean pair distances alone.
+    """
+    markers = points.shape[1]
+    if markers < MIN_FIT_POINTS:
+        return _from_distances(distances)
+    seen = np.isfinite(points).all(-1)
+    frames = np.flatnonzero(seen.sum(1) >= MIN_FIT_POINTS)
+    if not len(frames):
+        return _from_distances(distances)
+    points = points[frames[np.linspace(0, len(frames) - 1, min(len(frames), MAX_SHAPE_FRAMES)).astype(int)]]
+    shape = points[int(np.argmax(np.isfinite(points).all(-1).sum(1)))].copy()
+    for _ in range(ROUNDS):
+        rotation, translation = fit(shape, points)
+        here = np.einsum("fji,fmj->fmi", rotation, points - translation[:, None])
+        seen = np.isfinite(here).all(-1)
+        found = seen.any(0)
+        # The median bears the few frames in which a hand label is wrong.
+        shape[found] = np.stack([np.median(here[seen[:, m], m], axis=0) for m in np.flatnonzero(found)])
+    if not np.isfinite(shape).all():
+        return _from_distances(distances)
+    return shape - shape.mean(0)
+
+
+def _from_distances(distances: Float[np.ndarray, "markers markers"]) -> Float[np.ndarray, "markers 3"]:
+    """Places with these distances by classical scaling, centred; the handedness is arbitrary, so a last resort.
+
+    A distance that nobody saw is taken as the way over other markers.
+    """
+    count = len(distances)
+    whole = np.where(np.isfinite(distances), distances, np.inf)
+    for k in range(count):
+        whole = np.minimum(whole, whole[:, k : k + 1] + whole[k])
+    whole = np.where(np.isfinite(whole), whole, 0)
+    centre = np.eye(count) - 1 / count
+    values, vectors = np.linalg.eigh(-0.5 * centre @ whole**2 @ centre)
+    places = np.zeros((count, 3))
+    best = np.argsort(values)[::-1][:3]
+    places[:, : len(best)] = vectors[:, best] * np.sqrt(np.maximum(values[best], 0))
+    return places
+
+
+PRIOR_SPREAD_MM, NOISE_MM, MOTION_FRAMES = 60.0, 8.0, 30.0
+"""The centre of a joint is about so far from the middle of the nearest markers; poses about a joint err by so much;
+and the frames together count as so many independent ones."""
+
+
+def joint_centre(
+    parent_poses: tuple[np.ndarray, np.ndarray],
+    segment_poses: tuple[np.ndarray, np.ndarray],
+    parent_guess: Float[np.ndarray, "3"],
+    segment_guess: Float[np.ndarray, "3"],
+) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"], float]:
+    """The point that is fixed in both segments (mm, in the frames of their shapes), and its root mean square error.
+
+    Least squares of R_p c_p + t_p = R_s c_s + t_s over the frames, drawn towards the guesses where the motion does
+    not say (a hinge leaves its axis open, a still joint everything). NaN error without common frames.
+    """
+    (r_p, t_p), (r_s, t_s) = parent_poses, segment_poses
+    both = np.isfinite(t_p).all(-1) & np.isfinite(t_s).all(-1)
+    if not both.any():
+        return parent_guess, segment_guess, np.nan
+    r_p, t_p, r_s, t_s = r_p[both], t_p[both], r_s[both], t_s[both]
+    weight = np.sqrt(MOTION_FRAMES / len(t_p)) / NOISE_MM
+    rows = np.concatenate([r_p, -r_s], axis=-1).reshape(-1, 6) * weight
+    prior = np.eye(6) / PRIOR_SPREAD_MM
+    guess = np.concatenate([parent_guess, segment_guess])
+    solution, *_ = np.linalg.lstsq(
+        np.concatenate([rows, prior]), np.concatenate([(t_s - t_p).ravel() * weight, prior @ guess]), rcond=None
+    )
+    gap = r_p @ solution[:3] + t_p - r_s @ solution[3:] - t_s
+    return solution[:3], solution[3:], float(np.sqrt((gap**2).sum(-1).mean()))
