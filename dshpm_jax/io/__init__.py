@@ -4,8 +4,11 @@ from dshpm_jax.io._c3d import write_c3d as write_c3d
 from dshpm_jax.io._errors import ReadError as ReadError
 from dshpm_jax.io._errors import WriteError as WriteError
 from dshpm_jax.io._labelled import write_labelled as write_labelled
+from dshpm_jax.io._model_file import is_model as is_model
 from dshpm_jax.io._model_file import read_model as read_model
 from dshpm_jax.io._model_file import write_model as write_model
 from dshpm_jax.io._read import SUFFIXES as SUFFIXES
 from dshpm_jax.io._read import read as read
+from dshpm_jax.io._segments_file import read_segments as read_segments
+from dshpm_jax.io._sidecar import read_sidecar_head as read_sidecar_head
 from dshpm_jax.io._sidecar import write_sidecar as write_sidecar

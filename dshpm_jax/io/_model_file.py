@@ -45,6 +45,15 @@ def read_model(path: str | Path) -> SubjectModel:
     return model
 
 
+def is_model(path: str | Path) -> bool:
+    """Whether a file says that it is a model, sound or not."""
+    try:
+        found = json.loads(Path(path).read_bytes())
+    except (OSError, ValueError):
+        return False
+    return isinstance(found, dict) and found.get("format") == FORMAT
+
+
 def _layout(value: Any, indent: int = 0) -> str:
     """JSON with a line for each entry, but the innermost lists and objects in one line."""
     inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()

@@ -13,28 +13,43 @@ from dshpm_jax._recording import is_unlabelled
 from dshpm_jax._types import NO_MATCH
 from dshpm_jax.io._atomic import write_whole
 
+FORMAT = "dshpm-labels"
 
-def write_sidecar(labelling: Labelling, path: str | Path, settings: Mapping[str, Any] | None = None) -> None:
+
+def write_sidecar(labelling: Labelling, path: str | Path, record: Mapping[str, Any] | None = None) -> None:
     """Writes source columns, frames, label, confidence and reason of every trajectory, a line each.
 
-    `settings` are recorded as they are. Frames and columns count from 0; both ends of a frame range belong to it.
+    What `record` holds (settings, say, or hashes) goes into the head as it is. Frames and columns count from 0; both
+    ends of a frame range belong to it.
     """
     recording = labelling.recording
     head = {
-        "format": "dshpm-labels",
+        "format": FORMAT,
         "version": 1,
         "made_by": f"dshpm-jax {version('dshpm-jax')}",
         "source": recording.source.name if recording.source else None,
         "rate": recording.rate,
         "frames": recording.num_frames,
         "markers": labelling.model.markers,
-        "settings": dict(settings or {}),
         "stats": labelling.stats,
+        **(record or {}),
     }
     lines = [f" {json.dumps(key)}: {_dumps(value)}" for key, value in head.items()]
     rows = ",\n".join("  " + _dumps(row(labelling, j)) for j in range(len(labelling.trajectories)))
     lines.append(f' "trajectories": [\n{rows}\n ]')
     write_whole(Path(path), [("{\n" + ",\n".join(lines) + "\n}\n").encode()])
+
+
+def read_sidecar_head(path: str | Path) -> dict[str, Any] | None:
+    """All but the trajectories of a sidecar; None where there is none or the file is something else."""
+    try:
+        found = json.loads(Path(path).read_bytes())
+    except (OSError, ValueError):
+        return None
+    if not isinstance(found, dict) or found.get("format") != FORMAT:
+        return None
+    found.pop("trajectories", None)
+    return found
 
 
 def row(labelling: Labelling, trajectory: int) -> dict[str, Any]:

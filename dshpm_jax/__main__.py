@@ -1,0 +1,164 @@
+"""The command line: arguments in, one line for each file out."""
+
+import argparse
+import dataclasses
+import os
+import sys
+from collections.abc import Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import TextIO
+
+from dshpm_jax import io
+from dshpm_jax._archive import FAILED, KEPT, UP_TO_DATE, Job, Outcome, UsageError, find_jobs, label_archive
+from dshpm_jax._recording import Recording
+from dshpm_jax._settings import Settings
+
+OK, FAILURES, WRONG_USAGE, INTERRUPTED = 0, 1, 2, 130
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs one command and gives its exit status."""
+    arguments = _parser().parse_args(argv)
+    try:
+        return arguments.run(arguments)
+    except UsageError as error:
+        _complain(error)
+        return WRONG_USAGE
+    except KeyboardInterrupt:
+        _complain("interrupted; what was written is whole, the same command goes on from here")
+        return INTERRUPTED
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser("dshpm-jax", description="Labels optical motion capture.")
+    parser.add_argument("--version", action="version", version=f"dshpm-jax {version('dshpm-jax')}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    demo = commands.add_parser("demo", help="a capture made on the spot, labelled, scored and drawn")
+    demo.add_argument("-o", dest="out", type=Path, metavar="OUT", help="folder for what it makes")
+    demo.set_defaults(run=_demo)
+
+    model = commands.add_parser("model", help="a marker model from labelled recordings of the subject")
+    model.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING", help="labelled C3D or TRC file")
+    model.add_argument("-o", dest="out", type=Path, required=True, metavar="MODEL", help="the model's file (JSON)")
+    how = model.add_mutually_exclusive_group()
+    how.add_argument("--segments", type=Path, metavar="FILE", help="TOML file of segments and their markers")
+    how.add_argument("--template", metavar="NAME", help="a known marker set")
+    model.set_defaults(run=_model)
+
+    label = commands.add_parser("label", help="labels recordings")
+    label.add_argument("inputs", nargs="+", type=Path, metavar="INPUT", help="C3D or TRC file, or a folder of them")
+    label.add_argument("-o", dest="out", type=Path, required=True, metavar="OUT", help="folder for the results")
+    label.add_argument("--model", type=Path, metavar="MODEL", help="otherwise the nearest model.json of each file")
+    label.add_argument("--method", choices=("full", "paper", "static"), help="how to label (default: full)")
+    label.add_argument("--settings", type=Path, metavar="FILE", help="TOML file with the method and its parameters")
+    label.add_argument("--force", action="store_true", help="overwrite earlier results")
+    label.set_defaults(run=_label)
+    return parser
+
+
+def _demo(arguments: argparse.Namespace) -> int:
+    _cache_programs()
+    from dshpm_jax._demo import run
+
+    return run(arguments.out)
+
+
+def _model(arguments: argparse.Namespace) -> int:
+    if arguments.out.exists() and not io.is_model(arguments.out):
+        raise UsageError(f"{arguments.out}: is there and no marker model, not overwritten; give another file")
+    try:
+        recordings = [_read_labelled(path) for path in arguments.recordings]
+        known = {name for r in recordings for name, named in zip(r.labels, r.labelled, strict=True) if named}
+        segments = io.read_segments(arguments.segments, known) if arguments.segments else None
+        from dshpm_jax import SubjectModel
+
+        model = SubjectModel.from_recordings(recordings, segments=segments, template=arguments.template)
+        arguments.out.parent.mkdir(parents=True, exist_ok=True)
+        io.write_model(model, arguments.out)
+    except (io.ReadError, io.WriteError) as error:
+        _complain(error)
+        return FAILURES
+    except ValueError as error:
+        _complain(f"no model of {', '.join(map(str, arguments.recordings))}: {error}")
+        return FAILURES
+    except OSError as error:
+        _complain(f"{arguments.out}: cannot be written ({error.strerror}); give another file")
+        return FAILURES
+    print(f"{arguments.out}: {model.num_markers} markers in {len(model.segments)} segments")
+    return OK
+
+
+def _read_labelled(path: Path) -> Recording:
+    recording = io.read(path)
+    if not recording.labelled.any():
+        raise io.ReadError(path, "none of its points has a label", "a model needs a labelled recording")
+    return recording
+
+
+def _label(arguments: argparse.Namespace) -> int:
+    settings = _settings(arguments)
+    if arguments.model and not arguments.model.is_file():
+        raise UsageError(f"{arguments.model}: there is no such model; make one with 'dshpm-jax model'")
+    jobs = find_jobs(arguments.inputs, arguments.model, arguments.out)
+    _cache_programs()
+    outcomes = label_archive(jobs, arguments.out, settings, arguments.force)
+    if sys.stderr.isatty():
+        from tqdm import tqdm
+
+        outcomes = tqdm(outcomes, total=len(jobs), unit="file")
+    good = 0
+    for outcome in outcomes:
+        good += outcome.ok
+        if outcome.message:
+            _complain(outcome.message)
+        if outcome.outcome not in (FAILED, KEPT):
+            _say(_line(outcome))
+    _say(f"{good} of {len(jobs)} recordings labelled, results in {arguments.out}")
+    return OK if good == len(jobs) else FAILURES
+
+
+def _settings(arguments: argparse.Namespace) -> Settings:
+    try:
+        settings = Settings.from_toml(arguments.settings) if arguments.settings else Settings()
+        return dataclasses.replace(settings, method=arguments.method) if arguments.method else settings
+    except ValueError as error:
+        raise UsageError(str(error)) from None
+
+
+def _line(outcome: Outcome) -> str:
+    job: Job = outcome.job
+    if outcome.outcome == UP_TO_DATE:
+        return f"{job.source}: up to date"
+    share, figures = outcome.figures["completeness"], outcome.figures
+    tracks = f"{figures['labelled_trajectories']} of {figures['trajectories']} trajectories"
+    return f"{job.source}: {outcome.outcome}, {share:.1%} of the markers found, {tracks}"
+
+
+def _cache_programs() -> None:
+    """Keeps compiled programs in the folder that DSHPM_CACHE names, if it does: they are good for one machine only."""
+    if folder := os.environ.get("DSHPM_CACHE"):
+        import jax
+
+        jax.config.update("jax_compilation_cache_dir", folder)
+        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.1)
+
+
+def _say(text: object, stream: TextIO | None = None) -> None:
+    """A line that does not run into a progress bar."""
+    stream = stream or sys.stdout
+    if sys.stderr.isatty():
+        from tqdm import tqdm
+
+        tqdm.write(str(text), file=stream)
+    else:
+        print(text, file=stream, flush=True)
+
+
+def _complain(text: object) -> None:
+    _say(f"dshpm-jax: {text}", sys.stderr)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
