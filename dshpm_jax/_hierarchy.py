@@ -70,6 +70,7 @@ def choose_root(sizes: Sequence[int], links: Sequence[Sequence[int]]) -> int:
     """The segment with the most markers and links.
 
     Our reading: the paper wants a root that has more points and more segments linked to it than most others; we take
-    the largest sum of both, then the more linked, then the lower index.
+    the largest sum of both, a link counting as three points (so that the trunk wins over a shank full of markers), then
+    the more linked, then the lower index.
     """
-    return max(range(len(sizes)), key=lambda s: (sizes[s] + 2 * len(links[s]), len(links[s]), -s))
+    return max(range(len(sizes)), key=lambda s: (sizes[s] + 3 * len(links[s]), len(links[s]), -s))

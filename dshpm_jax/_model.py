@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from dshpm_jax._hierarchy import Segment
-from dshpm_jax._model_building import build_segments, gather, pair_statistics
+from dshpm_jax._model_building import build_segments, expected_spread, gather, pair_statistics
 from dshpm_jax._recording import Recording
 
 TOLERANCE_SPREADS, TOLERANCE_MM, TOLERANCE_SHARE = 1.5, 4.0, 0.015
@@ -22,10 +22,12 @@ class SubjectModel:
     Attributes:
         markers: names; the position in this tuple is the marker's identity.
         segments: nearly rigid groups that cover all markers and may share some (section 3.1).
-        pair_mean, pair_spread: mean and standard deviation of the distance of two markers over the model's
-            recordings (mm), NaN for a pair never seen together.
+        pair_mean, pair_spread: mean and standard deviation of the distance of two markers (mm), NaN for a pair never
+            seen together. As far as the model's recordings show little motion, or only a single frame, the spread is
+            that of such markers in general (`_model_building.expectation`).
         pair_low, pair_high: smallest and largest such distance (mm).
         pair_frames: in how many frames the pair was seen together.
+        neighbourhoods: for each marker those that predict its place best.
         sources: names of the recordings that it was made from.
     """
 
@@ -36,6 +38,7 @@ class SubjectModel:
     pair_low: Float[np.ndarray, "markers markers"]
     pair_high: Float[np.ndarray, "markers markers"]
     pair_frames: Int[np.ndarray, "markers markers"]
+    neighbourhoods: tuple[Neighbourhood, ...] = ()
     sources: tuple[str, ...] = field(default=())
 
     @property
@@ -55,15 +58,16 @@ class SubjectModel:
             template: take the segments from a known marker set, such as "plug-in-gait".
         """
         names, clips = gather(recordings)
-        statistics = pair_statistics(clips)
+        statistics = pair_statistics(clips, [recording.rate for recording in recordings])
         return cls(
             markers=names,
             segments=build_segments(names, clips, statistics, segments, template),
             pair_mean=statistics.mean,
-            pair_spread=statistics.spread,
+            pair_spread=expected_spread(statistics, names),
             pair_low=statistics.low,
             pair_high=statistics.high,
             pair_frames=statistics.frames,
+            neighbourhoods=build_neighbourhoods(clips, statistics),
             sources=tuple(recording.source.name for recording in recordings if recording.source),
         )
 

@@ -58,7 +58,7 @@ def test_joint_centres_are_where_they_were_planted():
     for segment in (model := SubjectModel.from_recordings([recording(points)])).segments:
         if segment.parent < 0:
             continue
-        assert segment.virtual_join is not None and segment.virtual_join.spread < 2
+        assert segment.virtual_join is not None and segment.virtual_join.spread < 4
         # The first frame of a segment's own shape cannot be compared across frames, distances to markers can.
         child, parent = segment, model.segments[segment.parent]
         joint = max(child.markers[0], parent.markers[0]) // 5
@@ -108,7 +108,8 @@ def test_a_single_frame_takes_segments_from_a_mapping():
     model = SubjectModel.from_recordings([recording(points[:1])], segments=mapping)
     assert [segment.name for segment in model.segments] == list(mapping)
     assert [segment.parent for segment in model.segments] == [-1, 0, 0]
-    assert all(segment.distortion_ratio == 0.1 for segment in model.segments)
+    assert all(0.05 <= segment.distortion_ratio <= 0.2 for segment in model.segments)
+    assert (model.pair_spread[np.triu_indices(15, 1)] >= 2).all()  # nothing is rigid because one frame says so
     for segment, body in zip(model.segments, bodies):
         seen = np.linalg.norm(points[0, body] - points[0, body].mean(0), axis=-1)
         np.testing.assert_allclose(np.linalg.norm(segment.shape, axis=-1), seen)

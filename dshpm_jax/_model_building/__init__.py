@@ -1,5 +1,9 @@
 """Models from labelled recordings: pair statistics, segments from motion, names or a file, shapes and joints."""
 
+from dshpm_jax._model_building.expectation import expected_spread as expected_spread
 from dshpm_jax._model_building.gather import gather as gather
+from dshpm_jax._model_building.neighbours import Neighbourhood as Neighbourhood
+from dshpm_jax._model_building.neighbours import as_arrays as as_arrays
+from dshpm_jax._model_building.neighbours import build_neighbourhoods as build_neighbourhoods
 from dshpm_jax._model_building.segments import build_segments as build_segments
 from dshpm_jax._model_building.statistics import pair_statistics as pair_statistics

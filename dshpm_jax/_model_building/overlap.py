@@ -5,68 +5,122 @@ one marker or none of their own (a knee, an elbow): a *link* segment then spans 
 {hip, knee}, so that the chain from the root has no hole.
 """
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
+from itertools import combinations
 
 import numpy as np
 from jaxtyping import Float
 
+from dshpm_jax._model_building.partition import fits
+
 GROW_SIZE, GROW_SOFTNESS = 4, 1.5
 """Groups of fewer markers take in their most rigid outside neighbours while their mean softness stays below this."""
 
-SHARE_SOFTNESS, SHARE_MOST = 1.1, 2
+SHARE_SOFTNESS, SHARE_MOST = 1.2, 2
 """A joint shares so many markers at most, each with a mean softness to the other group below this."""
 
 LINK_SOFTNESS, LINK_SIZE = 5.0, 3
 """A link segment is made of pairs below this softness and grows to so many markers."""
+
+RIGID_LINK = 1.5
+"""Two groups that share no marker are linked anyway where a pair across them is more rigid than this."""
+
+MERGE_SIZE, MERGE_SOFTNESS = 6, 1.8
+"""Two segments become one of so many markers at most, if its mean softness stays below this."""
 
 FIT_SIZE = 3
 """Groups of fewer markers have no pose of their own, so a link must tie them to their neighbours."""
 
 
 def overlapping(
-    found: Sequence[Sequence[int]], soft: Float[np.ndarray, "markers markers"]
+    found: Sequence[Sequence[int]], soft: Float[np.ndarray, "markers markers"], parts: Sequence[frozenset[str]]
 ) -> tuple[list[list[int]], list[list[int]]]:
     """Segments that share markers at the joints, and the tree over them.
 
     Arguments:
         found: groups of markers that do not overlap and cover all markers.
         soft: softness of every pair of markers.
+        parts: parts of the body that each marker's name says, empty where it says nothing.
 
     Returns the segments (markers ascending) and, for each, its neighbours in the tree.
     """
     segments = [set(group) for group in found]
     for segment in segments:
-        _grow(segment, soft)
+        _grow(segment, soft, parts)
     for a, b in edges(spanning_tree(closeness(found, soft))):
         if not segments[a] & segments[b]:
-            _share(segments, found, a, b, soft)
-        if not segments[a] & segments[b] and min(len(found[a]), len(found[b])) < FIT_SIZE:
+            _share(segments, a, b, soft, parts)
+        if not segments[a] & segments[b] and _needs_link(found[a], found[b], soft, parts):
             segments.append(_link(found[a], found[b], soft))
-    kept = _without_subsets(segments)
+    kept = _without_subsets(_merged(segments, soft, parts))
     return kept, spanning_tree(closeness(kept, soft))
 
 
-def _grow(segment: set[int], soft: np.ndarray) -> None:
-    """Adds the most rigid outside markers, one by one, to a small segment."""
+def _grow(segment: set[int], soft: np.ndarray, parts: Sequence[frozenset[str]]) -> None:
+    """Adds the most rigid outside markers, one by one, to a small segment.
+
+    A marker whose name says another part of the body is taken only where a pose would be missing without it.
+    """
     while len(segment) < min(GROW_SIZE, len(soft)):
         inside = sorted(segment)
         mean = soft[:, inside].mean(1)
         mean[inside] = np.inf
+        suited = np.array([fits(m, inside, parts) for m in range(len(soft))])
+        if mean[suited].min(initial=np.inf) <= GROW_SOFTNESS or len(segment) >= FIT_SIZE:
+            mean[~suited] = np.inf
         best = int(np.argmin(mean))
         if mean[best] > GROW_SOFTNESS:
             return
         segment.add(best)
 
 
-def _share(segments: list[set[int]], found: Sequence[Sequence[int]], a: int, b: int, soft: np.ndarray) -> None:
+def _share(segments: list[set[int]], a: int, b: int, soft: np.ndarray, parts: Sequence[frozenset[str]]) -> None:
     """Makes the markers of one group that are most rigid with the other members of both."""
     offers = []
     for giver, taker in ((a, b), (b, a)):
-        for marker in found[giver]:
-            offers.append((float(soft[marker, list(found[taker])].mean()), marker, taker))
+        inside = sorted(segments[taker])
+        for marker in segments[giver]:
+            if fits(marker, inside, parts):
+                offers.append((float(soft[marker, inside].mean()), marker, taker))
     for cost, marker, taker in sorted(offers)[:SHARE_MOST]:
         if cost < SHARE_SOFTNESS:
             segments[taker].add(marker)
+
+
+def _merged(segments: Sequence[set[int]], soft: np.ndarray, parts: Sequence[frozenset[str]]) -> list[set[int]]:
+    """Segments that share all but one or two markers become one where that is not much softer than its halves."""
+    found = [set(segment) for segment in segments]
+    again = True
+    while again:
+        again = False
+        for a, b in combinations(range(len(found)), 2):
+            both, union = found[a] & found[b], found[a] | found[b]
+            if not both or len(union) > MERGE_SIZE or min(len(found[a] - both), len(found[b] - both)) != 1:
+                continue
+            if softness_of(union, soft) < MERGE_SOFTNESS and _one_part(union, parts):
+                found[a] = union
+                del found[b]
+                again = True
+                break
+    return found
+
+
+def softness_of(segment: Set[int], soft: np.ndarray) -> float:
+    """Mean softness over the pairs of a segment."""
+    inside = sorted(segment)
+    return float(soft[np.ix_(inside, inside)].sum() / max(len(inside) * (len(inside) - 1), 1))
+
+
+def _one_part(segment: Set[int], parts: Sequence[frozenset[str]]) -> bool:
+    inside = sorted(segment)
+    return fits(inside[0], inside[1:], parts)
+
+
+def _needs_link(one: Sequence[int], other: Sequence[int], soft: np.ndarray, parts: Sequence[frozenset[str]]) -> bool:
+    """Whether one side has no pose of its own, or two markers at the ends of one bone lie in different groups."""
+    if min(len(one), len(other)) < FIT_SIZE:
+        return True
+    return any(soft[i, j] < RIGID_LINK and fits(i, [j], parts) for i in one for j in other)
 
 
 def _link(one: Sequence[int], other: Sequence[int], soft: np.ndarray) -> set[int]:
@@ -93,15 +147,11 @@ def _without_subsets(segments: Sequence[set[int]]) -> list[list[int]]:
 
 
 def closeness(found: Sequence[Sequence[int]], soft: np.ndarray) -> Float[np.ndarray, "groups groups"]:
-    """Softness between groups over their most rigid three pairs; shared markers bring groups together."""
+    """Mean softness over the three most rigid pairs between groups; a shared marker is a pair of softness zero."""
     between = np.zeros((len(found), len(found)))
     for a, one in enumerate(found):
         for b, other in enumerate(found):
-            if a != b:
-                shared = len(set(one) & set(other))
-                apart = [(i, j) for i in one for j in other if i not in other and j not in one]
-                pairs = np.sort([soft[i, j] for i, j in apart])[:3] if apart else np.zeros(1)
-                between[a, b] = pairs.mean() / (1 + 2 * shared)
+            between[a, b] = np.sort(soft[np.ix_(one, other)], axis=None)[:3].mean()
     return between
 
 

@@ -23,10 +23,11 @@ REACH_MM = 400.0
 SAME_PART, NEXT_PART, OTHER_PART = 0.6, 1.5, 4.0
 """Factors on the softness for names of the same part of the body, of parts that meet, and of parts that do not."""
 
-UNKNOWN_SOFTNESS = 1.5
-"""A pair that was seen together in fewer than `FEW_COMMON` frames: neither rigid nor not."""
+UNKNOWN_SOFTNESS = 1.2
+"""A pair that was hardly seen together, or only standing still: neither rigid nor not."""
 
-FEW_COMMON = 5
+STILL_SOFTNESS = 0.2
+"""Softness of two markers that never moved apart, so that distance and names have something to weigh."""
 
 CUT_LOW, CUT_HIGH = 0.9, 1.8
 """Groups are never split below the first mean softness nor joined above the second; between, the widest gap decides."""
@@ -42,9 +43,8 @@ def softness(statistics: PairStatistics, names: Sequence[str]) -> Float[np.ndarr
     """
     distance = np.where(np.isfinite(statistics.mean), statistics.mean, 0)
     soft = statistics.spread / np.hypot(SKIN_MM, SKIN_SHARE * distance)
-    soft = np.where(statistics.frames < FEW_COMMON, UNKNOWN_SOFTNESS, soft)
-    # The constant keeps pairs that never moved apart from each other by distance and name.
-    soft = (soft + 0.2) * (1 + (distance / REACH_MM) ** 2) * name_factor(names)
+    soft = np.maximum(np.nan_to_num(soft), UNKNOWN_SOFTNESS * (1 - statistics.evidence))
+    soft = (soft + STILL_SOFTNESS) * (1 + (distance / REACH_MM) ** 2) * name_factor(names)
     np.fill_diagonal(soft, 0)
     return soft
 
@@ -77,7 +77,7 @@ def groups(soft: Float[np.ndarray, "markers markers"], names: Sequence[str]) -> 
     return sorted(sorted(group) for group in _settle(soft, list(found.values()), parts))
 
 
-def _common(one: frozenset[str], other: frozenset[str]) -> frozenset[str] | None:
+def common_parts(one: frozenset[str], other: frozenset[str]) -> frozenset[str] | None:
     """Parts that both may sit on, where empty means any; `None` if there are none."""
     if not one or not other:
         return one or other
@@ -89,7 +89,7 @@ def _linkage(soft: np.ndarray, parts: Sequence[frozenset[str]]) -> list[tuple[in
     between = soft.astype(float).copy()
     sits = list(parts)
     for i, j in zip(*np.triu_indices(len(soft))):
-        if i == j or _common(sits[i], sits[j]) is None:
+        if i == j or common_parts(sits[i], sits[j]) is None:
             between[i, j] = between[j, i] = np.inf
     size = np.ones(len(soft))
     merges = []
@@ -97,8 +97,8 @@ def _linkage(soft: np.ndarray, parts: Sequence[frozenset[str]]) -> list[tuple[in
         a, b = sorted(int(k) for k in np.unravel_index(int(np.argmin(between)), between.shape))
         merges.append((a, b, float(between[a, b])))
         joined = (size[a] * between[a] + size[b] * between[b]) / (size[a] + size[b])
-        sits[a] = _common(sits[a], sits[b]) or frozenset()
-        clash = np.array([_common(sits[a], other) is None for other in sits])
+        sits[a] = common_parts(sits[a], sits[b]) or frozenset()
+        clash = np.array([common_parts(sits[a], other) is None for other in sits])
         between[a] = between[:, a] = np.where(clash, np.inf, joined)
         between[b] = between[:, b] = between[a, a] = np.inf
         size[a] += size[b]
@@ -120,7 +120,7 @@ def _settle(soft: np.ndarray, found: list[list[int]], parts: Sequence[frozenset[
         for marker in range(len(soft)):
             home = next(g for g, group in enumerate(found) if marker in group)
             rest = [[m for m in group if m != marker] for group in found]
-            mean = [float(soft[marker, group].mean()) if _fits(marker, group, parts) else np.inf for group in rest]
+            mean = [float(soft[marker, group].mean()) if fits(marker, group, parts) else np.inf for group in rest]
             best = int(np.argmin(mean))
             if best != home and mean[best] < 0.8 * mean[home] and len(found[best]) < MAX_GROUP and rest[home]:
                 found[home].remove(marker)
@@ -131,9 +131,9 @@ def _settle(soft: np.ndarray, found: list[list[int]], parts: Sequence[frozenset[
     return found
 
 
-def _fits(marker: int, group: Sequence[int], parts: Sequence[frozenset[str]]) -> bool:
+def fits(marker: int, group: Sequence[int], parts: Sequence[frozenset[str]]) -> bool:
     """Whether the group has markers and the names of all of them and `marker` may mean one part of the body."""
     common: frozenset[str] | None = parts[marker]
     for other in group:
-        common = None if common is None else _common(common, parts[other])
+        common = None if common is None else common_parts(common, parts[other])
     return bool(group) and common is not None

@@ -1,17 +1,18 @@
 """Builds the segments of a model: which markers, what shape, how soft, and how they hang together."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
 from dshpm_jax._hierarchy import Segment, VirtualJoin, choose_root
-from dshpm_jax._model_building.body_parts import recognised
+from dshpm_jax._model_building.body_parts import parts_of, recognised
+from dshpm_jax._model_building.expectation import expected_spread
 from dshpm_jax._model_building.naming import segment_names
 from dshpm_jax._model_building.overlap import closeness, overlapping, spanning_tree
-from dshpm_jax._model_building.partition import groups, softness
+from dshpm_jax._model_building.partition import groups, name_factor, softness
 from dshpm_jax._model_building.shapes import MAX_SHAPE_FRAMES, fit, joint_centre, mean_shape
 from dshpm_jax._model_building.statistics import PairStatistics
 from dshpm_jax._model_building.templates import BY_NAMES, TEMPLATES, by_template
@@ -56,7 +57,8 @@ def build_segments(
         plan = _without_motion(names, statistics)
     else:
         plan = _from_motion(names, statistics)
-    return _geometry(plan, np.concatenate([_thin(clip) for clip in clips]), statistics)
+    expected = replace(statistics, spread=expected_spread(statistics, names))
+    return _geometry(plan, np.concatenate([_thin(clip) for clip in clips]), expected)
 
 
 def is_still(statistics: PairStatistics) -> bool:
@@ -72,7 +74,7 @@ def _thin(clip: np.ndarray) -> np.ndarray:
 
 def _from_motion(names: Sequence[str], statistics: PairStatistics) -> Plan:
     soft = softness(statistics, names)
-    markers, links = overlapping(groups(soft, names), soft)
+    markers, links = overlapping(groups(soft, names), soft, [parts_of(name) for name in names])
     return Plan(segment_names(markers, names), markers, _parents(markers, links))
 
 
@@ -98,7 +100,7 @@ def _from_template(template: str, names: Sequence[str], statistics: PairStatisti
         _nearest(found, marker, statistics.mean).append(marker)
     parts = [part for part, markers in found.items() if not any(set(markers) < set(o) for o in found.values())]
     markers = [sorted(found[part]) for part in parts]
-    return Plan(parts, markers, _parents(markers, _nearest_tree(markers, statistics)))
+    return Plan(parts, markers, _parents(markers, _nearest_tree(markers, names, statistics)))
 
 
 def _nearest(found: dict[str, list[int]], marker: int, distance: np.ndarray) -> list[int]:
@@ -119,7 +121,7 @@ def _from_mapping(segments: Mapping[str, Any], names: Sequence[str], statistics:
     if left:
         raise ValueError(f"no segment holds {_few(left)}; put every marker in at least one segment")
     markers = [sorted({place[label] for label in found}) for found in labels.values()]
-    parents = _parents(markers, _nearest_tree(markers, statistics))
+    parents = _parents(markers, _nearest_tree(markers, names, statistics))
     given = [entry.get("parent") for entry in _entries(segments).values()]
     if any(given):
         parents = _given_parents(list(labels), given)
@@ -162,10 +164,12 @@ def _few(names: Sequence[str], most: int = 8) -> str:
     return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
-def _nearest_tree(markers: Sequence[Sequence[int]], statistics: PairStatistics) -> list[list[int]]:
-    """The tree over given segments: those that share markers first, then those whose markers are near and rigid."""
+def _nearest_tree(
+    markers: Sequence[Sequence[int]], names: Sequence[str], statistics: PairStatistics
+) -> list[list[int]]:
+    """The tree over given segments: those that share markers first, then near ones whose names say that they meet."""
     far = np.nan_to_num(statistics.mean, nan=np.nanmax(statistics.mean, initial=1.0))
-    return spanning_tree(closeness(markers, far))
+    return spanning_tree(closeness(markers, far * name_factor(names)))
 
 
 def _parents(markers: Sequence[Sequence[int]], links: Sequence[Sequence[int]]) -> list[int]:
@@ -230,8 +234,9 @@ def _distortion_ratio(markers: Sequence[int], statistics: PairStatistics) -> flo
     """Allowed relative change of a pair distance: three times the typical spread, within the paper's range."""
     rows, columns = np.triu_indices(len(markers), 1)
     index = np.asarray(markers)
-    mean, spread = (a[index[rows], index[columns]] for a in (statistics.mean, statistics.spread))
-    good = np.isfinite(spread) & (mean > 0)
-    if not good.any() or is_still(statistics):
+    mean, spread = (values[index[rows], index[columns]] for values in (statistics.mean, statistics.spread))
+    seen = np.isfinite(spread) & (mean > 0)
+    if not seen.any():
         return Segment.distortion_ratio
-    return float(np.clip(3 * np.sqrt((spread[good] ** 2).mean()) / mean[good].mean(), RATIO_LOW, RATIO_HIGH))
+    ratio = 3 * np.sqrt((spread[seen] ** 2).mean()) / mean[seen].mean()
+    return float(np.clip(ratio, RATIO_LOW, RATIO_HIGH))

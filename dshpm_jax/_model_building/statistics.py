@@ -18,19 +18,28 @@ FEW_FRAMES = 20
 STILL_WEIGHT = 0.1
 """Least weight of a recording, relative to the liveliest: a long static must not drown a short clip of motion."""
 
+LIVELY_MM = 40.0
+"""A recording in which a quarter of the pairs spread by more shows a body in motion; a slow walk does."""
+
 
 @dataclass(frozen=True, eq=False)
 class PairStatistics:
-    """Pair distances in millimetres, NaN for pairs never seen together; symmetric, the diagonal is zero."""
+    """Pair distances in millimetres, NaN for pairs never seen together; symmetric, the diagonal is zero.
+
+    `evidence` says how much of the motion a pair has seen: 1 if it was there all the time in the liveliest recording,
+    near 0 if it was only ever seen standing still or in a few frames. `seconds` is its time in lively motion.
+    """
 
     mean: Float[np.ndarray, "markers markers"]
     spread: Float[np.ndarray, "markers markers"]
     low: Float[np.ndarray, "markers markers"]
     high: Float[np.ndarray, "markers markers"]
     frames: Int[np.ndarray, "markers markers"]
+    evidence: Float[np.ndarray, "markers markers"]
+    seconds: Float[np.ndarray, "markers markers"]
 
 
-def pair_statistics(clips: Sequence[Float[np.ndarray, "frames markers 3"]]) -> PairStatistics:
+def pair_statistics(clips: Sequence[Float[np.ndarray, "frames markers 3"]], rates: Sequence[float]) -> PairStatistics:
     """Mean, spread and range of all pair distances, pooled over recordings.
 
     A recording counts by how much it moves, so the spread is that of motion; where recordings disagree about a mean
@@ -38,12 +47,14 @@ def pair_statistics(clips: Sequence[Float[np.ndarray, "frames markers 3"]]) -> P
 
     Arguments:
         clips: the markers of the model in each recording, mm, NaN where missing.
+        rates: frames a second of each recording.
     """
     markers = clips[0].shape[1]
     rows, columns = np.triu_indices(markers, 1)
     parts = [_one_recording(clip, rows, columns) for clip in clips]
     count, mean, variance, low, high = (np.stack(values) for values in zip(*parts))
-    lively = _liveliness(variance)
+    moved = _typical_spread(variance)
+    lively = np.maximum(moved / max(moved.max(), 1e-9), STILL_WEIGHT)
     weight = lively[:, None] * count / (count + FEW_FRAMES)
     total = np.maximum(weight.sum(0), np.finfo(float).tiny)
     seen = count.sum(0) > 0
@@ -60,7 +71,16 @@ def pair_statistics(clips: Sequence[Float[np.ndarray, "frames markers 3"]]) -> P
 
     frames = square(count.sum(0), 0)
     np.fill_diagonal(frames, sum(np.isfinite(clip).all(-1).sum(0) for clip in clips))
-    return PairStatistics(square(pooled, 0.0), square(spread, 0.0), square(low, 0.0), square(high, 0.0), frames)
+    seconds = (count / np.asarray(rates)[:, None] * np.minimum(moved / LIVELY_MM, 1)[:, None]).sum(0)
+    return PairStatistics(
+        mean=square(pooled, 0.0),
+        spread=square(spread, 0.0),
+        low=square(low, 0.0),
+        high=square(high, 0.0),
+        frames=frames,
+        evidence=square(np.minimum(weight.sum(0), 1.0), 1.0),
+        seconds=square(seconds, 0.0),
+    )
 
 
 def _one_recording(clip: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -86,9 +106,8 @@ def _even(frames: int) -> np.ndarray:
     return np.unique(np.linspace(0, frames - 1, min(frames, MAX_FRAMES)).round().astype(int))
 
 
-def _liveliness(variance: Float[np.ndarray, "recordings pairs"]) -> Float[np.ndarray, "recordings"]:
-    """Typical spread of the livelier half of the pairs in each recording, relative to the liveliest recording."""
+def _typical_spread(variance: Float[np.ndarray, "recordings pairs"]) -> Float[np.ndarray, "recordings"]:
+    """Upper quartile of the spreads of the pairs in each recording (mm): how much the subject moves."""
     if variance.shape[1] == 0:
         return np.ones(len(variance))
-    moved = np.quantile(np.sqrt(variance), 0.75, axis=1)
-    return np.maximum(moved / max(moved.max(), 1e-9), STILL_WEIGHT)
+    return np.quantile(np.sqrt(variance), 0.75, axis=1)
