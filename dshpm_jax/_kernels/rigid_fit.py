@@ -1,12 +1,15 @@
 """The weighted rigid fit: rotation and translation that carry model markers onto observed points.
 
 Every hypothesis of section 4.2.2 costs one such fit, so it is made of few passes over arrays whose minor axis is the
-hypothesis ("lanes"). The 3 x 3 covariance is diagonalised by one-sided Jacobi rotations: accurate near rank 1, without
-branches, and never NaN.
+hypothesis ("lanes"). One-sided Jacobi rotations of the 3 x 3 covariance give its dominant pair of singular vectors; the
+best rotation carries one to the other, and the turn about that axis is a fit in the plane, in closed form. So the
+determinant is +1 for mirrored and for flat point sets alike, points near a line lose no accuracy, and nothing is ever
+NaN.
 """
 
 import math
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -20,8 +23,7 @@ FARTHEST = 1e9
 
 NUM_SWEEPS = 3  # Jacobi converges quadratically: after three sweeps of a 3 x 3 matrix float32 has nothing left to gain
 NUM_STEPS = 3 * NUM_SWEEPS  # a sweep rotates each of the three pairs of columns once
-CHUNK_LANES = 2048  # more lanes at once spill the intermediate arrays from the cache
-NEGLIGIBLE = 1e-6  # a singular value under this share of the largest is rounding and has no direction of its own
+CHUNK_LANES = 1024  # more lanes at once spill the intermediate arrays from the cache
 
 _Lanes = Float[Array, "lanes"]
 _Vectors = Float[Array, "3 lanes"]
@@ -62,11 +64,12 @@ def rigid_fit(
     batch = jnp.broadcast_shapes(model.shape[:-2], data.shape[:-2], weights.shape[:-1])
     markers = weights.shape[-1]
     lanes = math.prod(batch)
-    model, data = (
-        jnp.moveaxis(jnp.broadcast_to(x, (*batch, markers, 3)).reshape(lanes, markers, 3), 0, -1) for x in (model, data)
-    )
+
+    def lanes_last(x):
+        return jnp.moveaxis(jnp.broadcast_to(x, (*batch, markers, 3)).reshape(lanes, markers, 3), 0, -1)
+
     weights = jnp.broadcast_to(weights, (*batch, markers)).reshape(lanes, markers).T
-    fit = _in_chunks(model, data, weights, min_spread)
+    fit = _in_chunks(lanes_last(model), lanes_last(data), weights, min_spread)
     return RigidFit(*(jnp.moveaxis(x, -1, 0).reshape(*batch, *x.shape[:-1]) for x in fit))
 
 
@@ -83,22 +86,35 @@ def rigid_fit_lanes(
 
     Our reading: under 3 points or a second singular value below 12 mm RMS there is no pose; the rank is then below 2.
     """
-    used = (weights > 0) & (jnp.abs(model).sum(1) + jnp.abs(data).sum(1) < FARTHEST)
-    model, data = (jnp.where(used[:, None], x, 0) for x in (model, data))
-    weights = jnp.where(used, weights, 0)
-    total = _total(weights)
-    share = (weights / jnp.where(total > 0, total, 1)[None])[:, None]
-    model_mean, data_mean = _total(share * model), _total(share * data)
-    model, data = (jnp.where(used[:, None], x - mean[None], 0) for x, mean in ((model, model_mean), (data, data_mean)))
-    covariance = _total(share[:, None] * data[:, :, None] * model[:, None])
-    rotation, spread = _nearest_rotation(covariance)
-    residuals = data - rotate_lanes(rotation, model)
+    model, data, weights = _usable(model, data, weights)
+    total, model_mean, data_mean = _total(lambda m, d, w: (w, w[None] * m, w[None] * d), model, data, weights)
+    per_weight = 1 / jnp.where(total > 0, total, 1)
+    model_mean, data_mean = model_mean * per_weight[None], data_mean * per_weight[None]
+
+    def covariance(m, d, w):
+        return (w[None] * (d - data_mean))[:, None] * (m - model_mean)[None]
+
+    u, v, spread = _dominant_pair(_total(covariance, model, data, weights) * per_weight[None, None])
+    (u2, u3), (v2, v3) = _perpendiculars(u), _perpendiculars(v)
+
+    def about_axis(m, d, w):
+        m, d = m - model_mean, d - data_mean
+        m2, m3, d2, d3 = _dot(v2, m), _dot(v3, m), _dot(u2, d), _dot(u3, d)
+        return w * (m2 * d2 + m3 * d3), w * (m2 * d3 - m3 * d2)
+
+    # The covariance holds squares, so a spread of 1e-4 of the largest drowns in its rounding; the points still show it.
+    c, s = _cosine_and_sine(*_total(about_axis, model, data, weights))
+    rotation = _outer(u, v) + _outer(c[None] * u2 + s[None] * u3, v2) + _outer(c[None] * u3 - s[None] * u2, v3)
+
+    def residuals(m, d, w):
+        r = d - data_mean - rotate_lanes(rotation, (m - model_mean)[None])[0]
+        return w[None] * r, w[None] * r * r
+
+    left, square = (x * per_weight[None] for x in _total(residuals, model, data, weights))
     # The means are rounded at the size of the coordinates, the residuals only at their own: what is left is put right.
-    left = _total(share * residuals)
-    translation = data_mean + left - rotate_lanes(rotation, model_mean[None])[0]
-    square = _total(share * residuals**2) - left**2
-    rank = (spread >= min_spread**2).sum(0, dtype=jnp.int32)
-    return RigidFit(rotation, translation, jnp.sqrt(jnp.maximum(square.sum(0), 0)), rank)
+    translation = data_mean + (left - rotate_lanes(rotation, model_mean[None])[0])
+    rms = jnp.sqrt(jnp.maximum((square - left**2).sum(0), 0))
+    return RigidFit(rotation, translation, rms, (spread >= min_spread**2).sum(0, dtype=jnp.int32))
 
 
 def rotate_lanes(
@@ -119,37 +135,46 @@ def _in_chunks(model, data, weights, min_spread) -> RigidFit:
         padded = jnp.pad(x, [(0, 0)] * (x.ndim - 1) + [(0, chunks * CHUNK_LANES - lanes)])
         return jnp.moveaxis(padded.reshape(*x.shape[:-1], chunks, CHUNK_LANES), -2, 0)
 
-    fit = jax.lax.map(lambda xs: rigid_fit_lanes(*xs, min_spread), (split(model), split(data), split(weights)))
+    def fit_chunk(chunk):
+        model, data, weights = chunk
+        return rigid_fit_lanes(model, data, weights, min_spread)
+
+    fit = jax.lax.map(fit_chunk, (split(model), split(data), split(weights)))
     return RigidFit(*(jnp.moveaxis(x, 0, -2).reshape(*x.shape[1:-1], -1)[..., :lanes] for x in fit))
 
 
-def _total(x: Float[Array, "markers *rest"]) -> Float[Array, "*rest"]:
-    """Sum over the short leading axis, unrolled so that XLA fuses it with what it sums."""
-    return sum(x[i] for i in range(1, x.shape[0])) + x[0]  # pyright: ignore
+def _usable(model, data, weights):
+    """The same with zeros wherever a marker has no weight or no finite position."""
+    size = sum(jnp.abs(x[:, k]) for x in (model, data) for k in range(3))
+    used = (weights > 0) & (size < FARTHEST)
+    return jnp.where(used[:, None], model, 0), jnp.where(used[:, None], data, 0), jnp.where(used, weights, 0)
 
 
-def _nearest_rotation(
-    covariance: Float[Array, "3 3 lanes"],
-) -> tuple[Float[Array, "3 3 lanes"], Float[Array, "3 lanes"]]:
-    """The rotation R that maximises trace(R^T covariance), and the singular values of the covariance, unsorted.
+def _total(term: Callable, model, data, weights) -> Any:
+    """Sum of `term(model[i], data[i], weights[i])` over the markers.
 
-    With covariance = U S V^T, R = u1 v1^T + u2 v2^T + (u1 x u2)(v1 x v2)^T from the two dominant pairs: the third pair
-    is the cross product, so the determinant is +1 for mirrored and for flat point sets alike.
+    A loop, although it is short: unrolled, XLA computes what is shared (the means, the rotation) once for every marker
+    and every element of the sum, which takes twice as long.
     """
+    like = jax.eval_shape(term, model[0], data[0], weights[0])
+    zero = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), like)
+
+    def add(i, sums):
+        return jax.tree.map(jnp.add, sums, term(model[i], data[i], weights[i]))
+
+    return jax.lax.fori_loop(0, model.shape[0], add, zero)
+
+
+def _dominant_pair(covariance: Float[Array, "3 3 lanes"]) -> tuple[_Vectors, _Vectors, _Vectors]:
+    """The left and right singular vectors of the largest singular value, and all three values, unsorted."""
     scale = jnp.abs(covariance).max((0, 1))
     first, second, third, gram = _orthogonal_columns(covariance / jnp.where(scale > 0, scale, 1)[None, None])
-    # Compared as they left the loop: see `_orthogonal_columns` on ties. The second pair follows the first cyclically,
-    # so the choice is an even permutation.
-    dropped = jnp.argmin(gram[:3], axis=0)[None]
-    a = jnp.where(dropped == 0, second, jnp.where(dropped == 1, third, first))
-    b = jnp.where(dropped == 0, third, jnp.where(dropped == 1, first, second))
-    norms = jnp.sqrt(gram[:3])
-    a_norm = jnp.where(dropped[0] == 0, norms[1], jnp.where(dropped[0] == 1, norms[2], norms[0]))
-    b_norm = jnp.where(dropped[0] == 0, norms[2], jnp.where(dropped[0] == 1, norms[0], norms[1]))
-    u1, u2 = _orthonormal(a[:3], b[:3], a_norm, b_norm)
-    v1, v2 = a[3:], b[3:]
-    pairs = ((u1, v1), (u2, v2), (_cross(u1, u2), _cross(v1, v2)))
-    return sum(u[:, None] * v[None] for u, v in pairs), norms * scale[None]  # pyright: ignore
+    lengths = jnp.sqrt(gram[:3])
+    chosen = jnp.argmax(gram[:3], axis=0)[None]  # compared as they left the loop: see there on ties
+    column = jnp.where(chosen == 0, first, jnp.where(chosen == 1, second, third))
+    length = lengths.max(0)[None]
+    v = column[3:]
+    return jnp.where(length > 0, column[:3] / jnp.where(length > 0, length, 1), v), v, lengths * scale[None]
 
 
 def _orthogonal_columns(matrix: Float[Array, "3 3 lanes"]) -> tuple[*_Columns, Float[Array, "4 lanes"]]:
@@ -177,7 +202,7 @@ def _orthogonal_columns(matrix: Float[Array, "3 3 lanes"]) -> tuple[*_Columns, F
 def _gram(first, second, third) -> Float[Array, "4 lanes"]:
     """Squared lengths of the three columns, and the product of the first two."""
     pairs = ((first, first), (second, second), (third, third), (first, second))
-    return jnp.stack([a[0] * b[0] + a[1] * b[1] + a[2] * b[2] for a, b in pairs])
+    return jnp.stack([_dot(a, b) for a, b in pairs])
 
 
 def _turn(gram: Float[Array, "4 lanes"]) -> tuple[_Lanes, _Lanes]:
@@ -190,29 +215,29 @@ def _turn(gram: Float[Array, "4 lanes"]) -> tuple[_Lanes, _Lanes]:
     return c, c * t
 
 
-def _orthonormal(a: _Vectors, b: _Vectors, a_norm: _Lanes, b_norm: _Lanes) -> tuple[_Vectors, _Vectors]:
-    """Unit vectors along `a` and `b`, which are orthogonal but for rounding; any that serve where these vanish."""
-    swap = b_norm > a_norm
-    long, short = jnp.where(swap[None], b, a), jnp.where(swap[None], a, b)
-    long_norm, short_norm = jnp.maximum(a_norm, b_norm), jnp.minimum(a_norm, b_norm)
-    axis = jnp.array([1, 0, 0], dtype=a.dtype)[:, None]
-    first = jnp.where(long_norm[None] > 0, long / jnp.where(long_norm > 0, long_norm, 1)[None], axis)
-    clear = short_norm > NEGLIGIBLE * long_norm
-    second = short / jnp.where(clear, short_norm, 1)[None]
-    second = second - (first * second).sum(0)[None] * first
-    length = jnp.sqrt((second**2).sum(0))
-    clear &= length > 0.5
-    second = jnp.where(clear[None], second / jnp.where(clear, length, 1)[None], _perpendicular(first))
-    return jnp.where(swap[None], second, first), jnp.where(swap[None], first, second)
+def _perpendiculars(unit: _Vectors) -> tuple[_Vectors, _Vectors]:
+    """Two unit vectors that make a right-handed frame with `unit`, by a formula that rounding cannot tip over.
 
-
-def _perpendicular(unit: _Vectors) -> _Vectors:
-    """A unit vector at right angles to `unit`, without a branch that rounding could tip."""
+    With the sign of z in the divisor, this is at least 1 in size (Duff et al., JCGT 6(1), 2017).
+    """
     x, y, z = unit
-    sign = jnp.where(z < 0, -1, 1).astype(unit.dtype)  # only -z or z in the divisor, which stays at least 1 in size
+    sign = jnp.where(z < 0, -1, 1).astype(unit.dtype)
     a = -1 / (sign + z)
-    return jnp.stack([1 + sign * x * x * a, sign * x * y * a, -sign * x])
+    b = x * y * a
+    return jnp.stack([1 + sign * x * x * a, sign * b, -sign * x]), jnp.stack([b, sign + y * y * a, -y])
 
 
-def _cross(a: _Vectors, b: _Vectors) -> _Vectors:
-    return jnp.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+def _cosine_and_sine(adjacent: _Lanes, opposite: _Lanes) -> tuple[_Lanes, _Lanes]:
+    """Of the angle between two sides of a right triangle; of no turn where both vanish."""
+    size = jnp.maximum(jnp.abs(adjacent), jnp.abs(opposite))
+    adjacent, opposite = (x / jnp.where(size > 0, size, 1) for x in (adjacent, opposite))
+    length = jnp.where(size > 0, jnp.sqrt(adjacent**2 + opposite**2), 1)
+    return jnp.where(size > 0, adjacent / length, 1), opposite / length
+
+
+def _dot(a: _Vectors, b: _Vectors) -> _Lanes:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _outer(a: _Vectors, b: _Vectors) -> Float[Array, "3 3 lanes"]:
+    return a[:, None] * b[None]
