@@ -1,0 +1,121 @@
+"""Models as JSON, and every kind of damage told in one line."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+from making import make_model
+
+from dshpm_jax import io
+from dshpm_jax._hierarchy import Segment, VirtualJoin
+from dshpm_jax.io._fields import encode
+
+
+def hand_and_arm():
+    model = make_model(["A", "B", "C", "D", "E"])
+    joint = VirtualJoin(np.array([1.0, 2.0, 3.0]), np.array([0.5, 0.0, -1.25]), 1.5)
+    arm = Segment("arm", (0, 1, 2), np.arange(9.0).reshape(3, 3))
+    hand = Segment("hand", (2, 3, 4), np.arange(9.0).reshape(3, 3), 0, (2,), joint, 0.2, 0.9)
+    return dataclasses.replace(model, segments=(arm, hand))
+
+
+@pytest.mark.parametrize("model", [make_model(["LASI"]), make_model(["A", "B"]), hand_and_arm()])
+def test_a_model_survives(tmp_path, model):
+    io.write_model(model, tmp_path / "model.json")
+    back = io.read_model(tmp_path / "model.json")
+    assert encode(back) == encode(model)
+    assert back.pair_frames.dtype.kind == "i" and np.isnan(back.pair_spread[0, 0])
+    assert io.is_model(tmp_path / "model.json")
+
+
+def test_lengths_are_rounded_and_rows_stay_in_one_line(tmp_path):
+    model = dataclasses.replace(make_model(["A", "B"]), pair_mean=np.array([[0, 1 / 3], [1 / 3, 0]]))
+    io.write_model(model, tmp_path / "model.json")
+    assert "[0.3333, 0.0]" in (tmp_path / "model.json").read_text()
+    np.testing.assert_allclose(io.read_model(tmp_path / "model.json").pair_mean, model.pair_mean, atol=1e-4)
+
+
+def damaged(change):
+    found = {"format": "dshpm-model", "version": 1} | encode(hand_and_arm())
+    change(found)
+    return found
+
+
+DAMAGE = {
+    "no marker model": lambda m: m.pop("format"),
+    "has version 9": lambda m: m.update(version=9),
+    "the model has no 'pair_mean'": lambda m: m.pop("pair_mean"),
+    "unknown entry 'pair_meen'": lambda m: m.update(pair_meen=[]),
+    "the model.markers is 'LASI'": lambda m: m.update(markers="LASI"),
+    "the model.markers[1] is 3": lambda m: m["markers"].__setitem__(1, 3),
+    "two markers with the name 'A'": lambda m: m["markers"].__setitem__(1, "A"),
+    "the model.pair_low has the shape (4, 5)": lambda m: m["pair_low"].pop(),
+    "the model.pair_high is no table of numbers": lambda m: m["pair_high"][0].pop(),
+    "the model.pair_frames holds something else": lambda m: m["pair_frames"][0].__setitem__(1, 0.5),
+    "the model.pair_mean is not symmetric": lambda m: m["pair_mean"][0].__setitem__(1, 5.0),
+    "the model.pair_spread holds negative": lambda m: [m["pair_spread"][a].__setitem__(1 - a, -5.0) for a in (0, 1)],
+    "'arm' has no markers": lambda m: m["segments"][0].update(markers=[], shape=[]),
+    "'arm' names a marker beyond": lambda m: m["segments"][0].update(markers=[0, 1, 9]),
+    "'arm' does not list its markers in ascending": lambda m: m["segments"][0].update(markers=[0, 2, 1]),
+    "'arm' has a shape with missing": lambda m: m["segments"][0]["shape"][0].__setitem__(0, None),
+    "segments[0].shape has the shape (2, 3)": lambda m: m["segments"][0]["shape"].pop(),
+    "'hand' has the parent 7": lambda m: m["segments"][1].update(parent=7),
+    "form a circle": lambda m: m["segments"][0].update(parent=1),
+    "'hand' joins its parent": lambda m: m["segments"][1].update(join=[3]),
+    "'hand' needs a positive": lambda m: m["segments"][1].update(matching_quantity=2),
+    "virtual_join.spread is 'wide'": lambda m: m["segments"][1]["virtual_join"].update(spread="wide"),
+    "'E' belongs to no segment": lambda m: m["segments"][1].update(markers=[2, 3], shape=[[0, 0, 0], [1, 0, 0]]),
+}
+
+
+@pytest.mark.parametrize("wrong", DAMAGE)
+def test_damage(tmp_path, wrong):
+    check(tmp_path, json.dumps(damaged(DAMAGE[wrong])), wrong)
+
+
+@pytest.mark.parametrize("content, wrong", [("", "is empty"), ("{", "no JSON"), ("[]", "no marker model")])
+def test_other_files(tmp_path, content, wrong):
+    check(tmp_path, content, wrong)
+
+
+def test_no_file(tmp_path):
+    with pytest.raises(io.ReadError, match="cannot be read"):
+        io.read_model(tmp_path / "nowhere.json")
+
+
+def check(tmp_path, content: str, wrong: str):
+    path = tmp_path / "model.json"
+    path.write_text(content)
+    with pytest.raises(io.ReadError) as caught:
+        io.read_model(path)
+    text = str(caught.value)
+    assert wrong in text and text.startswith(f"{path}: ") and "\n" not in text
+
+
+def test_segments_file(tmp_path):
+    path = tmp_path / "segments.toml"
+    path.write_text('[arm]\nmarkers = ["A", "B"]\n[hand]\nmarkers = ["B", "C"]\nparent = "arm"\n')
+    assert io.read_segments(path, "ABC") == {
+        "arm": {"markers": ["A", "B"], "parent": None},
+        "hand": {"markers": ["B", "C"], "parent": "arm"},
+    }
+
+
+@pytest.mark.parametrize(
+    "content, wrong",
+    [
+        ("", "names no segments"),
+        ("[arm", "is no TOML"),
+        ("[arm]\n", "has no list of markers"),
+        ('arm = ["A"]\n', "something else than markers"),
+        ('[arm]\nmarkers = ["A", "X", "Y"]\n', "names X, Y, which the recordings do not have"),
+        ('[arm]\nmarkers = ["A"]\nparent = "leg"\n', "has the parent 'leg'"),
+    ],
+)
+def test_segments_files_that_are_wrong(tmp_path, content, wrong):
+    path = tmp_path / "segments.toml"
+    path.write_text(content)
+    with pytest.raises(io.ReadError) as caught:
+        io.read_segments(path, "ABC")
+    assert wrong in str(caught.value) and "\n" not in str(caught.value)
