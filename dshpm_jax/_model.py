@@ -8,7 +8,14 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from dshpm_jax._hierarchy import Segment
-from dshpm_jax._model_building import build_segments, expected_spread, gather, pair_statistics
+from dshpm_jax._model_building import (
+    Neighbourhood,
+    build_neighbourhoods,
+    build_segments,
+    expected_spread,
+    gather,
+    pair_statistics,
+)
 from dshpm_jax._recording import Recording
 
 TOLERANCE_SPREADS, TOLERANCE_MM, TOLERANCE_SHARE = 1.5, 4.0, 0.015
