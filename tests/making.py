@@ -27,7 +27,14 @@ def make_model(markers: Sequence[str]) -> SubjectModel:
     spread = np.where(np.eye(n) > 0, np.nan, 1.5)
     segment = Segment("body", tuple(range(n)), rng.normal(0, 100, (n, 3)).round(4))
     return SubjectModel(
-        tuple(markers), (segment,), mean, spread, mean.copy(), mean.copy(), np.full((n, n), 20), ("walk.c3d",)
+        markers=tuple(markers),
+        segments=(segment,),
+        pair_mean=mean,
+        pair_spread=spread,
+        pair_low=mean.copy(),
+        pair_high=mean.copy(),
+        pair_frames=np.full((n, n), 20),
+        sources=("walk.c3d",),
     )
 
 

@@ -157,11 +157,14 @@ def _with_starts(file: C3dFile, data_start: int, tail_start: int) -> list[Group]
 def _parse(raw: np.ndarray, path: Path) -> C3dFile:
     header = raw[:BLOCK].tobytes()
     begin = (header[0] - 1) * BLOCK
-    if begin < BLOCK or begin + 4 > len(raw):
+    if begin != BLOCK and not BLOCK < begin <= len(raw) - 4:  # the parameters follow the header in nearly every file
+        raise ReadError(path, "this is no C3D file", "give a C3D or TRC file")
+    if begin + 4 > len(raw):
         raise ReadError(path, "it ends before its parameters (truncated)", "copy or export it again")
     blocks, processor = int(raw[begin + 2]), int(raw[begin + 3])
     if processor not in (INTEL, DEC, MIPS):
-        raise ReadError(path, f"unknown processor type {processor} in its parameter section", "export it again")
+        wrong = f"this is no C3D file, or a damaged one (unknown processor type {processor})"
+        raise ReadError(path, wrong, "give a C3D or TRC file, or export it again")
     file = C3dFile(header, processor, [], np.zeros((0, 0)), np.zeros((0, 0), np.uint8))
     points, samples, first, last = struct.unpack(f"{byte_order(processor)}4H", header[2:10])
     start_block = struct.unpack(f"{byte_order(processor)}H", header[16:18])[0]

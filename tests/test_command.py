@@ -1,0 +1,197 @@
+"""The command line: exit statuses, one line for each trouble, and never a traceback."""
+
+import subprocess
+import sys
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from making import make_labelling, make_model, make_recording
+
+from dshpm_jax import Recording, io
+from dshpm_jax.__main__ import main
+
+MARKERS = ["LASI", "RASI", "SACR"]
+
+
+@pytest.fixture
+def labeller(monkeypatch):
+    """Stands in for the real one: a column gets the label that it carries."""
+
+    def label_many(recordings, models, settings):
+        for recording, model in zip(recordings, models, strict=True):
+            yield make_labelling(recording, list(model.markers))
+
+    monkeypatch.setitem(sys.modules, "dshpm_jax._label", SimpleNamespace(label_many=label_many))
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    io.write_c3d(make_recording(60), tmp_path / "walk.c3d")
+    io.write_model(make_model(MARKERS), tmp_path / "model.json")
+    return tmp_path
+
+
+def command(capsys, *arguments):
+    """Exit status, standard output, and standard error, which is at most a line for each trouble."""
+    try:
+        status = main([str(a) for a in arguments])
+    except SystemExit as stop:  # argparse
+        status = stop.code
+    out, err = capsys.readouterr()
+    assert "Traceback" not in err
+    return status, out, err
+
+
+def test_help_answers_without_jax():
+    code = (
+        "import sys\nfrom dshpm_jax.__main__ import main\n"
+        "try:\n main(['label', '--help'])\nexcept SystemExit:\n sys.exit('jax' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0 and "--settings" in done.stdout
+
+
+def test_label(folder, capsys, labeller):
+    status, out, err = command(capsys, "label", "walk.c3d", "-o", "out")
+    assert (status, err) == (0, "")
+    assert "walk.c3d: labelled, " in out and "1 of 1 recordings labelled" in out
+    assert (folder / "out" / "walk.c3d").exists() and (folder / "out" / "walk.labels.json").exists()
+    status, out, err = command(capsys, "label", "walk.c3d", "-o", "out")
+    assert status == 0 and "walk.c3d: up to date" in out
+    status, out, err = command(capsys, "label", "walk.c3d", "-o", "out", "--method", "paper")
+    assert status == 1 and "--force" in err and err.count("\n") == 1
+    assert command(capsys, "label", "walk.c3d", "-o", "out", "--method", "paper", "--force")[0] == 0
+
+
+def test_settings_file(folder, capsys, labeller):
+    (folder / "s.toml").write_text('method = "static"\n')
+    assert command(capsys, "label", "walk.c3d", "-o", "out", "--settings", "s.toml")[0] == 0
+    assert '"method": "static"' in (folder / "out" / "walk.labels.json").read_text()
+    (folder / "s.toml").write_text("methd = 1\n")
+    status, _, err = command(capsys, "label", "walk.c3d", "-o", "out", "--settings", "s.toml")
+    assert status == 2 and "methd" in err and err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [],
+        ["label"],
+        ["label", "walk.c3d"],
+        ["label", "walk.c3d", "-o", "out", "--method", "guess"],
+        ["label", "walk.c3d", "-o", "out", "--model", "nowhere.json"],
+        ["label", "walk.c3d", "-o", "out", "--settings", "nowhere.toml"],
+        ["label", ".", "-o", "."],
+        ["label", "walk.c3d", "-o", "model.json"],
+        ["model", "walk.c3d"],
+        ["model", "walk.c3d", "-o", "walk.c3d"],
+        ["model", "walk.c3d", "-o", "m.json", "--segments", "s.toml", "--template", "t"],
+        ["fly"],
+    ],
+)
+def test_wrong_usage(folder, capsys, arguments):
+    before = {p: p.read_bytes() for p in folder.iterdir()}
+    status, _, err = command(capsys, *arguments)
+    assert status == 2 and err
+    assert {p: p.read_bytes() for p in folder.iterdir()} == before
+
+
+def bad_inputs():
+    nothing_seen = Recording(np.full((5, 3, 3), np.nan), tuple(MARKERS), 100.0)
+    return {
+        "missing": (None, "no such file"),
+        "empty": (b"", "the file is empty"),
+        "foreign": (b"%PDF-1.7" * 200, "no C3D file"),
+        "truncated": (lambda p: io.write_c3d(make_recording(500), p), "truncated"),
+        "no points": (lambda p: io.write_c3d(Recording(np.ones((5, 0, 3)), (), 100.0), p), "no points"),
+        "nothing seen": (lambda p: io.write_c3d(nothing_seen, p), "not one point was seen"),
+        "duplicates": (lambda p: io.write_c3d(make_recording(9, ["A", "A"]), p), "two points have the label 'A'"),
+    }
+
+
+@pytest.mark.parametrize("kind", bad_inputs())
+@pytest.mark.parametrize("order", ["label", "model"])
+def test_bad_recordings(folder, capsys, kind, order):
+    content, wrong = bad_inputs()[kind]
+    path = folder / "bad.c3d"
+    if callable(content):
+        content(path)
+    elif content is not None:
+        path.write_bytes(content)
+    if kind == "truncated":
+        path.write_bytes(path.read_bytes()[:4000])
+    out = "out" if order == "label" else "new.json"
+    status, _, err = command(capsys, order, "bad.c3d", "-o", out)
+    assert status == 1 and err.count("\n") == 1 and "bad.c3d" in err and wrong in err
+    assert not (folder / "new.json").exists() and not list(folder.glob("out/bad*"))
+
+
+def test_a_rate_of_zero(folder, capsys):
+    (folder / "bad.trc").write_text("PathFileType\nDataRate\tUnits\n0\tmm\nFrame#\tTime\tA\n\n1\t0\t1\t2\t3\n")
+    for order in (["label", "bad.trc", "-o", "out"], ["model", "bad.trc", "-o", "new.json"]):
+        status, _, err = command(capsys, *order)
+        assert status == 1 and "bad.trc: its DataRate is 0" in err and err.count("\n") == 1
+
+
+def test_a_folder_without_recordings(folder, capsys):
+    (folder / "bare").mkdir()
+    status, _, err = command(capsys, "label", "bare", "-o", "out")
+    assert status == 1 and "no recordings in this folder" in err
+
+
+def test_one_bad_file_of_two(folder, capsys, labeller):
+    (folder / "bad.c3d").write_bytes(b"")
+    status, out, err = command(capsys, "label", "bad.c3d", "walk.c3d", "-o", "out")
+    assert status == 1 and err.count("\n") == 1 and "1 of 2 recordings labelled" in out
+
+
+def test_model(folder, capsys):
+    status, out, err = command(capsys, "model", "walk.c3d", "-o", "new/model.json")
+    assert (status, err) == (0, "") and "3 markers" in out
+    assert io.read_model(folder / "new" / "model.json").markers
+    assert command(capsys, "model", "walk.c3d", "-o", "new/model.json")[0] == 0  # a model gives way to a model
+
+
+def test_model_of_unlabelled_points(folder, capsys):
+    io.write_c3d(make_recording(9, ["*1", "*2", "*3"]), folder / "raw.c3d")
+    status, _, err = command(capsys, "model", "raw.c3d", "-o", "new.json")
+    assert status == 1 and "raw.c3d: none of its points has a label" in err and err.count("\n") == 1
+
+
+def test_model_with_a_wrong_segments_file(folder, capsys):
+    (folder / "s.toml").write_text('[hip]\nmarkers = ["LASI", "NOSE"]\n')
+    status, _, err = command(capsys, "model", "walk.c3d", "-o", "new.json", "--segments", "s.toml")
+    assert status == 1 and "s.toml: the segment 'hip' names NOSE" in err and err.count("\n") == 1
+    assert not (folder / "new.json").exists()
+
+
+def test_model_with_an_unknown_template(folder, capsys):
+    status, _, err = command(capsys, "model", "walk.c3d", "-o", "new.json", "--template", "octopus")
+    assert status == 1 and "octopus" in err and err.count("\n") == 1
+
+
+def test_one_frame(folder, capsys, labeller):
+    io.write_c3d(make_recording(60).frames(3, 4), folder / "one.c3d")
+    status, _, err = command(capsys, "label", "one.c3d", "-o", "out")
+    assert status in (0, 1) and err.count("\n") <= 1
+    status, _, err = command(capsys, "model", "one.c3d", "-o", "new.json")
+    assert status in (0, 1) and err.count("\n") <= 1
+
+
+def test_interrupted(folder, capsys, monkeypatch):
+    def label_many(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setitem(sys.modules, "dshpm_jax._label", SimpleNamespace(label_many=label_many))
+    status, _, err = command(capsys, "label", "walk.c3d", "-o", "out")
+    assert status == 130 and err.count("\n") == 1
+    assert not (folder / "out" / "walk.c3d").exists()
+
+
+def test_demo_is_handed_its_folder(folder, capsys, monkeypatch):
+    asked = []
+    monkeypatch.setitem(sys.modules, "dshpm_jax._demo", SimpleNamespace(run=lambda out: asked.append(out) or 0))
+    assert command(capsys, "demo", "-o", "here")[0] == 0 and command(capsys, "demo")[0] == 0
+    assert [str(out) for out in asked] == ["here", "None"]
