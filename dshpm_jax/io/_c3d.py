@@ -14,6 +14,7 @@ from dshpm_jax.io._c3d_parameters import (
     INTEL,
     Group,
     Parameter,
+    byte_order,
     decode_floats,
     encode_floats,
     integers,
@@ -140,7 +141,7 @@ def _positions(file: C3dFile, columns: list[int]) -> Float[np.ndarray, "frames p
     records = np.ascontiguousarray(file.points[:, columns])
     raw = records.view(np.uint8).reshape(*records.shape, -1)
     if raw.shape[-1] == 8:
-        words = np.ascontiguousarray(raw).view(">i2" if file.processor == 86 else "<i2")
+        words = np.ascontiguousarray(raw).view(byte_order(file.processor) + "i2")
         points = words[..., :3] * float(file.scale)
     else:
         words = decode_floats(raw, file.processor)

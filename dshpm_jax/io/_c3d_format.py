@@ -58,7 +58,7 @@ class C3dFile:
 
     @property
     def scale(self) -> float:
-        """Millimetres (or what the unit is) of one count; not positive in a file of floating point numbers."""
+        """The length of one count in the file's unit; not positive in a file of floating point numbers."""
         return float(decode_floats(np.frombuffer(self.header[12:16], np.uint8), self.processor)[0])
 
     def find(self, group: str, name: str) -> Parameter | None:

@@ -63,7 +63,8 @@ def _decode_dataclass(kind: type, value: Any, place: str, sizes: Mapping[str, in
     if lacking := [name for name in fields if name not in found and name not in optional]:
         raise ValueError(f"{place} has no '{lacking[0]}'")
     if isinstance(found.get("markers"), list):  # the axis that arrays beside it are measured in
-        sizes = {**sizes, "markers" if "markers" not in sizes else "segment_markers": len(found["markers"])}
+        names = ("segment_markers", "neighbours") if "markers" in sizes else ("markers",)
+        sizes = {**sizes, **dict.fromkeys(names, len(found["markers"]))}
     hints = typing.get_type_hints(kind)
     return kind(**{name: decode(hints[name], item, f"{place}.{name}", sizes) for name, item in found.items()})
 
@@ -75,7 +76,7 @@ def _decode_array(kind: Any, value: Any, place: str, sizes: Mapping[str, int]) -
     except (TypeError, ValueError):
         raise ValueError(f"{place} is no table of numbers") from None
     axes = kind.dim_str.split()
-    wanted = tuple(int(axis) if axis.isdigit() else sizes.get(axis) for axis in axes)
+    wanted = tuple(_length(axis, sizes) for axis in axes)
     if array.size == 0 and 0 in wanted:
         array = array.reshape([n or 0 for n in wanted])
     if array.ndim != len(axes) or any(n not in (None, m) for n, m in zip(wanted, array.shape, strict=True)):
@@ -83,6 +84,13 @@ def _decode_array(kind: Any, value: Any, place: str, sizes: Mapping[str, int]) -
     if whole and not (np.isfinite(array).all() and (array == array.round()).all()):
         raise ValueError(f"{place} holds something else than whole numbers")
     return array.astype(np.int64) if whole else array
+
+
+def _length(axis: str, sizes: Mapping[str, int]) -> int | None:
+    """The length of an axis such as `3`, `markers` or `neighbours+1`; None where it may be any."""
+    name, _, more = axis.partition("+")
+    known = int(name) if name.isdigit() else sizes.get(name)
+    return known if known is None else known + int(more or 0)
 
 
 def _required(field: dataclasses.Field) -> bool:

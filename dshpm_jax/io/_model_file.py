@@ -83,6 +83,13 @@ def _check(model: SubjectModel) -> None:
             raise ValueError(f"the model.{name} holds negative numbers")
     for s, segment in enumerate(model.segments):
         _check_segment(model, s, segment)
+    if len(model.neighbourhoods) not in (0, model.num_markers):
+        raise ValueError(f"the model has {len(model.neighbourhoods)} neighbourhoods for {model.num_markers} markers")
+    for m, near in enumerate(model.neighbourhoods):
+        if not set(near.markers) <= set(range(model.num_markers)) - {m}:
+            raise ValueError(f"the model.neighbourhoods[{m}] names a marker that is none of the others")
+        if not (np.isfinite(near.shape).all() and (near.softness > 0).all() and near.spread > 0):
+            raise ValueError(f"the model.neighbourhoods[{m}] holds missing or negative numbers")
     if len(depth_first(model.segments)) < len(model.segments):
         raise ValueError("the parents of the segments form a circle")
     if lost := set(range(model.num_markers)) - {m for segment in model.segments for m in segment.markers}:

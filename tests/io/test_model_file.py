@@ -9,6 +9,7 @@ from making import make_model
 
 from dshpm_jax import io
 from dshpm_jax._hierarchy import Segment, VirtualJoin
+from dshpm_jax._model_building import Neighbourhood
 from dshpm_jax.io._fields import encode
 
 
@@ -17,7 +18,8 @@ def hand_and_arm():
     joint = VirtualJoin(np.array([1.0, 2.0, 3.0]), np.array([0.5, 0.0, -1.25]), 1.5)
     arm = Segment("arm", (0, 1, 2), np.arange(9.0).reshape(3, 3))
     hand = Segment("hand", (2, 3, 4), np.arange(9.0).reshape(3, 3), 0, (2,), joint, 0.2, 0.9)
-    return dataclasses.replace(model, segments=(arm, hand))
+    near = [Neighbourhood(((m + 1) % 5, (m + 3) % 5), np.eye(3), np.array([2.5, 4.0]), 1.25) for m in range(5)]
+    return dataclasses.replace(model, segments=(arm, hand), neighbourhoods=tuple(near))
 
 
 @pytest.mark.parametrize("model", [make_model(["LASI"]), make_model(["A", "B"]), hand_and_arm()])
@@ -65,6 +67,10 @@ DAMAGE = {
     "'hand' joins its parent": lambda m: m["segments"][1].update(join=[3]),
     "'hand' needs a positive": lambda m: m["segments"][1].update(matching_quantity=2),
     "virtual_join.spread is 'wide'": lambda m: m["segments"][1]["virtual_join"].update(spread="wide"),
+    "has 1 neighbourhoods for 5": lambda m: m["neighbourhoods"].__setitem__(slice(1, None), []),
+    "neighbourhoods[2] names a marker": lambda m: m["neighbourhoods"][2].update(markers=[0, 2]),
+    "neighbourhoods[2].shape has the shape (2, 3), expected (3, 3)": lambda m: m["neighbourhoods"][2]["shape"].pop(),
+    "neighbourhoods[0] holds missing": lambda m: m["neighbourhoods"][0].update(spread=None),
     "'E' belongs to no segment": lambda m: m["segments"][1].update(markers=[2, 3], shape=[[0, 0, 0], [1, 0, 0]]),
 }
 
