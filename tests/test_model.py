@@ -138,3 +138,40 @@ def test_tolerances_grow_with_spread():
     tolerance = pair_tolerance(model)
     assert (tolerance >= 4).all()
     assert tolerance[0, 14] > tolerance[0, 1]
+
+
+def test_large_segments_are_split_and_their_halves_share_a_pose():
+    points = np.random.default_rng(0).normal(scale=200, size=(1, 40, 3))
+    model = SubjectModel.from_recordings([recording(points)], segments={"body": [f"q{i}" for i in range(40)]})
+    assert max(len(segment.markers) for segment in model.segments) <= 16
+    assert {m for segment in model.segments for m in segment.markers} == set(range(40))
+    assert all(len(segment.join) >= 3 for segment in model.segments if segment.parent >= 0)
+    assert len({segment.name for segment in model.segments}) == len(model.segments)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_the_smallest_models(count):
+    points, _ = chain(30)
+    mapping = {"all": [f"q{i}" for i in range(count)]}
+    model = SubjectModel.from_recordings([recording(points[:, :count])], segments=mapping)
+    assert model.segments[0].shape.shape == (count, 3) and np.isfinite(model.segments[0].shape).all()
+
+
+PLUG_IN_GAIT = "LASI RASI LPSI RPSI LTHI LKNE LTIB LANK LHEE LTOE RTHI RKNE RTIB RANK RHEE RTOE".split()
+
+
+@pytest.mark.parametrize("template", [None, "plug-in-gait", "body-parts"])
+def test_a_still_recording_takes_segments_from_names(template):
+    points = np.random.default_rng(0).normal(scale=300, size=(1, 16, 3))
+    model = SubjectModel.from_recordings([recording(points, PLUG_IN_GAIT)], template=template)
+    found = {s.name: {model.markers[m] for m in s.markers} for s in model.segments}
+    assert found["left shank"] == {"LKNE", "LTIB", "LANK"}
+    assert len(found) == 7 and found["pelvis"] == {"LASI", "RASI", "LPSI", "RPSI"}
+
+
+def test_an_unknown_template_is_refused():
+    points, _ = chain(20)
+    with pytest.raises(ValueError, match="no template 'nose'.*plug-in-gait"):
+        SubjectModel.from_recordings([recording(points)], template="nose")
+    with pytest.raises(ValueError, match="knows none of the markers"):
+        SubjectModel.from_recordings([recording(points)], template="plug-in-gait")

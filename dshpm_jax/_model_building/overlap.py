@@ -11,7 +11,7 @@ from itertools import combinations
 import numpy as np
 from jaxtyping import Float
 
-from dshpm_jax._model_building.partition import fits
+from dshpm_jax._model_building.partition import MAX_GROUP, fits, shared_parts
 
 GROW_SIZE, GROW_SOFTNESS = 4, 1.5
 """Groups of fewer markers take in their most rigid outside neighbours while their mean softness stays below this."""
@@ -20,12 +20,12 @@ SHARE_SOFTNESS, SHARE_MOST = 1.2, 2
 """A joint shares so many markers at most, each with a mean softness to the other group below this."""
 
 LINK_SOFTNESS, LINK_SIZE = 5.0, 3
-"""A link segment is made of pairs below this softness and grows to so many markers."""
+"""A link segment grows to so many markers by those whose mean softness to it is below this."""
 
 RIGID_LINK = 1.5
-"""Two groups that share no marker are linked anyway where a pair across them is more rigid than this."""
+"""Two groups are linked where a pair across them is more rigid than this and its names say a part of its own."""
 
-MERGE_SIZE, MERGE_SOFTNESS = 6, 1.8
+MERGE_SIZE, MERGE_SOFTNESS = 6, 1.65
 """Two segments become one of so many markers at most, if its mean softness stays below this."""
 
 FIT_SIZE = 3
@@ -83,7 +83,7 @@ def _share(segments: list[set[int]], a: int, b: int, soft: np.ndarray, parts: Se
             if fits(marker, inside, parts):
                 offers.append((float(soft[marker, inside].mean()), marker, taker))
     for cost, marker, taker in sorted(offers)[:SHARE_MOST]:
-        if cost < SHARE_SOFTNESS:
+        if cost < SHARE_SOFTNESS and len(segments[taker]) < MAX_GROUP:
             segments[taker].add(marker)
 
 
@@ -117,21 +117,23 @@ def _one_part(segment: Set[int], parts: Sequence[frozenset[str]]) -> bool:
 
 
 def _needs_link(one: Sequence[int], other: Sequence[int], soft: np.ndarray, parts: Sequence[frozenset[str]]) -> bool:
-    """Whether one side has no pose of its own, or two markers at the ends of one bone lie in different groups."""
+    """Whether one side has no pose of its own, or a rigid pair across both is a bone that has no group of its own."""
     if min(len(one), len(other)) < FIT_SIZE:
         return True
-    return any(soft[i, j] < RIGID_LINK and fits(i, [j], parts) for i in one for j in other)
+    taken = shared_parts(one, parts) | shared_parts(other, parts)
+    return any(soft[i, j] < RIGID_LINK and (parts[i] & parts[j]) - taken for i in one for j in other)
 
 
 def _link(one: Sequence[int], other: Sequence[int], soft: np.ndarray) -> set[int]:
-    """The most rigid pair across two groups, and whatever else of them is as rigid with it."""
+    """The most rigid pair across two groups, and what is nearly as rigid with it, of the larger if that has a pose."""
+    pool = max(one, other, key=len) if max(len(one), len(other)) >= FIT_SIZE else (*one, *other)
     between = soft[np.ix_(one, other)]
     i, j = np.unravel_index(int(np.argmin(between)), between.shape)
     link = {one[int(i)], other[int(j)]}
     while len(link) < LINK_SIZE:
-        rest = [m for m in (*one, *other) if m not in link]
+        rest = [m for m in pool if m not in link]
         mean = [float(soft[m, sorted(link)].mean()) for m in rest]
-        if not rest or min(mean) > LINK_SOFTNESS:
+        if min(mean, default=np.inf) > LINK_SOFTNESS:
             break
         link.add(rest[int(np.argmin(mean))])
     return link

@@ -33,6 +33,7 @@ CUT_LOW, CUT_HIGH = 0.9, 1.8
 """Groups are never split below the first mean softness nor joined above the second; between, the widest gap decides."""
 
 MAX_GROUP = 16
+"""Markers of a segment at most: more make no better pose, and a match is as long as its largest segment."""
 
 
 def softness(statistics: PairStatistics, names: Sequence[str]) -> Float[np.ndarray, "markers markers"]:
@@ -129,6 +130,12 @@ def _settle(soft: np.ndarray, found: list[list[int]], parts: Sequence[frozenset[
         if not moved:
             break
     return found
+
+
+def shared_parts(group: Sequence[int], parts: Sequence[frozenset[str]]) -> frozenset[str]:
+    """Parts of the body that all the names in a group allow; empty if they allow none, or say none."""
+    named = [parts[marker] for marker in group if parts[marker]]
+    return frozenset.intersection(*named) if named else frozenset()
 
 
 def fits(marker: int, group: Sequence[int], parts: Sequence[frozenset[str]]) -> bool:

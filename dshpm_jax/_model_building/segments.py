@@ -12,7 +12,7 @@ from dshpm_jax._model_building.body_parts import parts_of, recognised
 from dshpm_jax._model_building.expectation import expected_spread
 from dshpm_jax._model_building.naming import segment_names
 from dshpm_jax._model_building.overlap import closeness, overlapping, spanning_tree
-from dshpm_jax._model_building.partition import groups, name_factor, softness
+from dshpm_jax._model_building.partition import MAX_GROUP, groups, name_factor, softness
 from dshpm_jax._model_building.shapes import MAX_SHAPE_FRAMES, fit, joint_centre, mean_shape
 from dshpm_jax._model_building.statistics import PairStatistics
 from dshpm_jax._model_building.templates import BY_NAMES, TEMPLATES, by_template
@@ -27,6 +27,9 @@ KNOWN_NAMES = 0.8
 RATIO_LOW, RATIO_HIGH = 0.05, 0.2
 QUANTITY_LOW, QUANTITY_HIGH = 0.8, 0.9
 """The paper's ranges of the distortion ratio and the matching quantity (section 5.1.1)."""
+
+SPLIT_SHARES = 3
+"""Markers that neighbouring strips of a split segment share, enough for a pose."""
 
 MAX_JOINT_SPREAD_MM = 40.0
 """A joint centre that the recordings place worse than this is none."""
@@ -57,6 +60,7 @@ def build_segments(
         plan = _without_motion(names, statistics)
     else:
         plan = _from_motion(names, statistics)
+    plan = _split_large(plan, statistics.mean)
     expected = replace(statistics, spread=expected_spread(statistics, names))
     return _geometry(plan, np.concatenate([_thin(clip) for clip in clips]), expected)
 
@@ -185,6 +189,30 @@ def _parents(markers: Sequence[Sequence[int]], links: Sequence[Sequence[int]]) -
                 seen.add(near)
                 waiting.append(near)
     return parents
+
+
+def _split_large(plan: Plan, distance: np.ndarray) -> Plan:
+    """Segments of more than `MAX_GROUP` markers in overlapping strips, each hanging from the one before.
+
+    The strips lie between the two markers that are furthest apart; a few markers at each border are in both.
+    """
+    names, markers, parents = list(plan.names), [list(m) for m in plan.markers], list(plan.parents)
+    for s, whole in enumerate(plan.markers):
+        if len(whole) <= MAX_GROUP:
+            continue
+        inside = np.asarray(whole)
+        far = np.nan_to_num(distance[np.ix_(inside, inside)])
+        one, other = np.unravel_index(int(np.argmax(far)), far.shape)
+        order = inside[np.argsort(far[one] - far[other], kind="stable")]
+        starts = range(0, len(order) - SPLIT_SHARES, MAX_GROUP - SPLIT_SHARES)
+        strips = [sorted(int(m) for m in order[start : start + MAX_GROUP]) for start in starts]
+        markers[s], before = strips[0], s
+        for k, strip in enumerate(strips[1:], 2):
+            names.append(f"{names[s]} {k}")
+            parents.append(before)
+            before = len(markers)
+            markers.append(strip)
+    return Plan(names, markers, parents)
 
 
 def _geometry(plan: Plan, points: np.ndarray, statistics: PairStatistics) -> tuple[Segment, ...]:

@@ -1,0 +1,48 @@
+"""Shapes and poses of segments."""
+
+import numpy as np
+
+from dshpm_jax._model_building.shapes import fit, mean_shape
+
+
+def moving(seed: int, markers: int = 5, frames: int = 60) -> tuple[np.ndarray, np.ndarray]:
+    """A rigid body in random poses: its places and its points (mm)."""
+    rng = np.random.default_rng(seed)
+    body = rng.normal(scale=80, size=(markers, 3))
+    rotation, _ = np.linalg.qr(rng.normal(size=(frames, 3, 3)))
+    rotation *= np.linalg.det(rotation)[:, None, None]
+    return body, np.einsum("fij,mj->fmi", rotation, body) + rng.normal(scale=500, size=(frames, 1, 3))
+
+
+def distances(places: np.ndarray) -> np.ndarray:
+    return np.linalg.norm(places[:, None] - places[None], axis=-1)
+
+
+def handedness(places: np.ndarray) -> float:
+    return float(np.sign(np.linalg.det(places[1:4] - places[0])))
+
+
+def test_shape_and_handedness_are_found_although_never_all_are_seen():
+    body, points = moving(0)
+    points[np.arange(60), np.arange(60) % 5] = np.nan
+    shape = mean_shape(points, distances(body))
+    np.testing.assert_allclose(distances(shape), distances(body), atol=1e-6)
+    assert handedness(shape) == handedness(body)
+    np.testing.assert_allclose(shape.mean(0), 0, atol=1e-9)
+
+
+def test_two_markers_have_a_trivial_shape():
+    body, points = moving(1, markers=2)
+    np.testing.assert_allclose(distances(mean_shape(points, distances(body))), distances(body), atol=1e-6)
+
+
+def test_poses_need_three_points_off_a_line():
+    body, points = moving(2)
+    points[0, 2:] = np.nan
+    rotation, translation = fit(body, points)
+    assert np.isnan(rotation[0]).all() and np.isfinite(rotation[1:]).all()
+    np.testing.assert_allclose(np.linalg.det(rotation[1:]), 1)
+    back = np.einsum("fij,mj->fmi", rotation, body) + translation[:, None]
+    np.testing.assert_allclose(back[1:], points[1:], atol=1e-8)
+    line = np.outer(np.arange(4.0), [10, 0, 0])
+    assert np.isnan(fit(line, line[None])[0]).all()
