@@ -74,7 +74,7 @@ class SubjectModel:
             pair_low=statistics.low,
             pair_high=statistics.high,
             pair_frames=statistics.frames,
-            neighbourhoods=build_neighbourhoods(clips, statistics),
+            neighbourhoods=build_neighbourhoods(names, clips, statistics),
             sources=tuple(recording.source.name for recording in recordings if recording.source),
         )
 

@@ -49,6 +49,11 @@ class Trajectories:
         here = np.flatnonzero(self.alive(frame))
         return here, self.points[frame, self.slot[here]]
 
+    def single(self, frame: int) -> tuple[Int[np.ndarray, " points"], "Trajectories"]:
+        """The trajectories seen in `frame`, and that frame alone as a recording of its own."""
+        here, points = self.at(frame)
+        return here, from_columns(points[None], self.rate)
+
     def positions(self, frames: Int[np.ndarray, "n"], which: Int[np.ndarray, "k"]) -> Float[np.ndarray, "n k 3"]:
         """Positions of trajectories `which` in `frames` (millimetres), NaN outside their lives or for `NO_MATCH`."""
         frames, which = np.asarray(frames), np.asarray(which)

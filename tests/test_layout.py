@@ -13,7 +13,7 @@ LEVELS = [
     {"_model", "_scoring"},
     {"_labelling", "_requests"},
     {"_kernels", "io", "synthesis"},
-    {"_driver", "_control"},
+    {"_driver", "_control", "_pretracking"},
     {"_label"},
     {"evaluation", "report", "_reconstruction"},
     {"_archive", "_demo", "_experiments"},

@@ -6,19 +6,17 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
+from dshpm_jax._model_building.expectation import GENERAL_MM, GENERAL_SECONDS, expected_spread, general_share
 from dshpm_jax._model_building.shapes import mean_shape
 from dshpm_jax._model_building.statistics import MAX_FRAMES, PairStatistics
 
 MAX_NEIGHBOURS = 8
 """More neighbours average out more noise, but the eighth is already on the next limb."""
 
-UNPROVEN_SHARE = 0.05
-"""A distance that was only seen standing still may change by this share of itself when the subject moves."""
-
-SHARE, NOISE_MM = 0.015, 2.0
+SHARE, NOISE_MM = 0.01, 2.0
 """Every distance may change by this share of itself, and by this much, between recordings."""
 
-MIN_SPREAD_MM = 3.0
+MIN_SPREAD_MM = 4.0
 """A short clip may predict a marker better than the next recording will."""
 
 
@@ -39,60 +37,68 @@ class Neighbourhood:
     spread: float
 
 
-def softness(statistics: PairStatistics) -> Float[np.ndarray, "markers markers"]:
-    """How much each pair distance may vary (mm): what was seen, more where little was; infinite if never seen."""
-    unproven = (1 - statistics.evidence) * UNPROVEN_SHARE * statistics.mean
-    soft = np.sqrt(statistics.spread**2 + (SHARE * statistics.mean) ** 2 + NOISE_MM**2 + unproven**2)
+def build_neighbourhoods(
+    names: Sequence[str], clips: Sequence[Float[np.ndarray, "frames markers 3"]], statistics: PairStatistics
+) -> tuple[Neighbourhood, ...]:
+    """A neighbourhood for every marker, made from what the clips show and from what bodies do in general."""
+    clips = [clip[:: max(1, -(-len(clip) // MAX_FRAMES))] for clip in clips]
+    spread = expected_spread(statistics, names)
+    soft = np.sqrt(spread**2 + (SHARE * statistics.mean) ** 2 + NOISE_MM**2)
     soft = np.where(np.isfinite(soft), soft, np.inf)
     np.fill_diagonal(soft, np.inf)
-    return soft
+    general = np.hypot(GENERAL_MM, general_share(names) * statistics.mean)
+    return tuple(_neighbourhood(clips, statistics, soft, general, m) for m in range(len(names)))
 
 
-def build_neighbourhoods(
-    clips: Sequence[Float[np.ndarray, "frames markers 3"]], statistics: PairStatistics
-) -> tuple[Neighbourhood, ...]:
-    """A neighbourhood for every marker."""
-    points = np.concatenate([clip[:: max(1, -(-len(clip) // MAX_FRAMES))] for clip in clips])
-    soft = softness(statistics)
-    return tuple(_neighbourhood(points, statistics.mean, soft, marker) for marker in range(points.shape[1]))
-
-
-def _neighbourhood(points: np.ndarray, mean: np.ndarray, soft: np.ndarray, marker: int) -> Neighbourhood:
+def _neighbourhood(
+    clips: Sequence[np.ndarray], statistics: PairStatistics, soft: np.ndarray, general: np.ndarray, marker: int
+) -> Neighbourhood:
     order = np.argsort(soft[marker], kind="stable")[:MAX_NEIGHBOURS]
     order = order[np.isfinite(soft[marker, order])]
     ids = np.append(order, marker)
-    shape = mean_shape(points[:, ids], mean[np.ix_(ids, ids)])
+    shape = mean_shape(np.concatenate([clip[:, ids] for clip in clips]), statistics.mean[np.ix_(ids, ids)])
+    softness = soft[marker, order]
+    seen = [_prediction_error(clip[:, ids], shape, 1 / softness**2) for clip in clips]
+    # The liveliest recording counts: a static predicts every marker perfectly and says nothing.
+    learnt = max((error for error in seen if np.isfinite(error)), default=0.0)
+    seconds = float(np.median(statistics.seconds[marker, order])) if len(order) else 0.0
+    usual = np.sqrt(1 / np.mean(1 / general[marker, order] ** 2)) if len(order) else MIN_SPREAD_MM
+    variance = (seconds * learnt**2 + GENERAL_SECONDS * usual**2) / (seconds + GENERAL_SECONDS)
     return Neighbourhood(
-        tuple(int(i) for i in order),
-        shape,
-        soft[marker, order],
-        _prediction_spread(points[:, ids], shape, soft[marker, order]),
+        tuple(int(i) for i in order), shape, softness, float(np.hypot(MIN_SPREAD_MM, np.sqrt(variance)))
     )
 
 
-def _prediction_spread(points: np.ndarray, shape: np.ndarray, soft: np.ndarray) -> float:
-    """RMS error of the prediction of the last marker from the others, 1 % of the worst frames left out."""
-    frames = points[np.isfinite(points).all((1, 2))]
-    if len(soft) < 3 or not len(frames):
-        return float(max(MIN_SPREAD_MM, soft.mean() if len(soft) else MIN_SPREAD_MM))
-    rotation, translation = weighted_fit(shape[:-1], frames[:, :-1], 1 / soft**2)
+def _prediction_error(points: np.ndarray, shape: np.ndarray, weight: np.ndarray) -> float:
+    """RMS error of the prediction of the last marker from those of the others that are seen, in mm.
+
+    NaN where fewer than 3 ever are; 1 % of the worst frames are left out, for hand labels are wrong in a few.
+    """
+    seen = np.isfinite(points).all(-1)
+    frames = points[seen[:, -1] & (seen[:, :-1].sum(1) >= 3)]
+    if not len(frames):
+        return np.nan
+    rotation, translation = weighted_fit(shape[:-1], frames[:, :-1], weight)
     error = np.linalg.norm(np.einsum("fij,j->fi", rotation, shape[-1]) + translation - frames[:, -1], axis=1)
     error = np.sort(error)[: max(1, int(0.99 * len(error)))]
-    return float(np.hypot(MIN_SPREAD_MM, np.sqrt((error**2).mean())))
+    return float(np.sqrt((error**2).mean()))
 
 
 def weighted_fit(
     shape: Float[np.ndarray, "markers 3"], points: Float[np.ndarray, "frames markers 3"], weight: np.ndarray
 ) -> tuple[Float[np.ndarray, "frames 3 3"], Float[np.ndarray, "frames 3"]]:
-    """Weighted rigid fit of a shape to fully seen points, never a reflection."""
-    share = weight / weight.sum()
-    model_mean, data_mean = share @ shape, np.einsum("m,fmi->fi", share, points)
-    covariance = np.einsum("m,fmi,mj->fij", share, points - data_mean[:, None], shape - model_mean)
+    """Weighted rigid fit of a shape to the points seen, never a reflection."""
+    seen = np.isfinite(points).all(-1)
+    points = np.where(seen[..., None], points, 0.0)
+    share = weight * seen
+    share = share / share.sum(1, keepdims=True)
+    model_mean, data_mean = share @ shape, np.einsum("fm,fmi->fi", share, points)
+    covariance = np.einsum("fm,fmi,fmj->fij", share, points - data_mean[:, None], shape - model_mean[:, None])
     u, _, vt = np.linalg.svd(covariance)
     flip = np.ones((len(points), 3))
     flip[:, 2] = np.sign(np.linalg.det(u @ vt))
     rotation = np.einsum("fij,fj,fjk->fik", u, flip, vt)
-    return rotation, data_mean - rotation @ model_mean
+    return rotation, data_mean - np.einsum("fij,fj->fi", rotation, model_mean)
 
 
 def as_arrays(

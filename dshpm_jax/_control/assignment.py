@@ -1,0 +1,71 @@
+"""One assignment for the whole recording: which trajectory carries which label."""
+
+import numpy as np
+from jaxtyping import Float, Int
+from scipy.optimize import LinearConstraint, milp
+from scipy.sparse import csr_array
+
+from dshpm_jax._types import NO_MATCH
+
+
+def assign_labels(
+    gain: Float[np.ndarray, "trajectories markers"],
+    start: Int[np.ndarray, " trajectories"],
+    stop: Int[np.ndarray, " trajectories"],
+) -> Int[np.ndarray, " trajectories"]:
+    """The labels of largest total gain; a trajectory has one or none, and a label one trajectory in any frame.
+
+    Solved exactly: pairs without conflict are taken at once, the rest is a mixed-integer programme. Only positive gains
+    are ever taken. Ties fall to the lower index through the order of the variables.
+    """
+    which, marker = np.nonzero(gain > 0)
+    identity = np.full(len(gain), NO_MATCH, dtype=np.int32)
+    if not len(which):
+        return identity
+    groups = _conflicts(which, marker, start, stop)
+    value = gain[which, marker]
+    rows = np.repeat(np.arange(len(groups)), [len(g) for g in groups])
+    columns = np.concatenate(groups) if groups else np.zeros(0, int)
+    in_conflict = np.unique(columns)
+    alone = np.setdiff1d(np.arange(len(which)), in_conflict)
+    identity[which[alone]] = marker[alone]
+    if len(in_conflict):
+        place = np.searchsorted(in_conflict, columns)
+        table = csr_array((np.ones(len(rows)), (rows, place)), shape=(len(groups), len(in_conflict)))
+        found = milp(
+            -value[in_conflict],
+            integrality=np.ones(len(in_conflict)),
+            bounds=(0, 1),
+            constraints=LinearConstraint(table, ub=1.0),
+        )
+        taken = in_conflict[np.flatnonzero(found.x > 0.5)]
+        identity[which[taken]] = marker[taken]
+    return identity
+
+
+def _conflicts(which, marker, start, stop) -> list[np.ndarray]:
+    """Sets of pairs of which at most one may be taken, each of two or more."""
+    groups = []
+    for members in _by_key(which):
+        if len(members) > 1:
+            groups.append(members)
+    for members in _by_key(marker):
+        groups += _overlaps(members, start[which[members]], stop[which[members]])
+    return groups
+
+
+def _by_key(key: np.ndarray) -> list[np.ndarray]:
+    order = np.argsort(key, kind="stable")
+    return np.split(order, np.flatnonzero(np.diff(key[order])) + 1)
+
+
+def _overlaps(members: np.ndarray, start: np.ndarray, stop: np.ndarray) -> list[np.ndarray]:
+    """Maximal sets of intervals that share a frame: those alive when an interval begins, the largest of each run."""
+    groups: list[np.ndarray] = []
+    for first in np.unique(start):
+        alive = np.flatnonzero((start <= first) & (first < stop))
+        if len(alive) > 1:
+            if groups and set(groups[-1]) <= set(members[alive]):
+                groups.pop()
+            groups.append(members[alive])
+    return groups

@@ -1,0 +1,58 @@
+"""The methods, each one control a recording: the paper's dynamic and static schemes, and the full method."""
+
+from typing import Any
+
+import numpy as np
+
+from dshpm_jax._control.dynamic import identify, key_frame
+from dshpm_jax._control.life import full
+from dshpm_jax._control.propagation import propagate
+from dshpm_jax._control.scene import Known, Scene
+from dshpm_jax._labelling import Reason
+from dshpm_jax._model import SubjectModel
+from dshpm_jax._requests import Control, Together
+from dshpm_jax._settings import Settings
+from dshpm_jax._trajectories import Trajectories
+from dshpm_jax._types import NO_MATCH
+
+Answer = tuple[np.ndarray, np.ndarray, tuple[Reason, ...], dict[str, Any]]
+"""Identity, confidence and reason of each trajectory, and figures of the run."""
+
+
+def label_control(trajectories: Trajectories, model: SubjectModel, settings: Settings) -> Control:
+    """The control for one recording; returns an `Answer`."""
+    scene = Scene(trajectories, model, settings)
+    methods = {"paper": _dynamic, "static": _static, "full": full}
+    known = yield from methods[settings.method](scene)
+    return _answer(scene, known)
+
+
+def _dynamic(scene: Scene) -> Control:
+    """The paper's method: one key-frame range, then propagation both ways (sections 4.2 to 4.5)."""
+    frame = key_frame(scene)
+    known = yield from identify(scene, frame)
+    yield from propagate(scene, known, frame)
+    return known
+
+
+def _static(scene: Scene) -> Control:
+    """Every frame alone, without tracks (the baseline of section 5.2.1); all frames side by side."""
+    parts = yield Together(tuple(_single_frame(scene, frame) for frame in range(scene.trajectories.num_frames)))
+    known = Known.nothing(scene)
+    for here, part in parts:
+        known.identity[here] = part.identity
+        known.found |= part.found
+        known.fits += part.fits
+    return known
+
+
+def _single_frame(scene: Scene, frame: int) -> Control:
+    here, alone = scene.trajectories.single(frame)
+    known = yield from identify(Scene(alone, scene.model, scene.settings, scene.targets), 0)
+    return here[alone.column[0, alone.slot]], known
+
+
+def _answer(scene: Scene, known: Known) -> Answer:
+    named = known.identity != NO_MATCH
+    reason = tuple(Reason.MATCHED if n else Reason.OUTSIDE for n in named)
+    return known.identity, named.astype(float), reason, {"svd_count": known.fits}

@@ -1,0 +1,120 @@
+"""What a control knows of the recording, and what it has found so far."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from dshpm_jax._control.targets import make_targets
+from dshpm_jax._model import SubjectModel
+from dshpm_jax._requests import Control, Segmentation, Target
+from dshpm_jax._settings import Settings
+from dshpm_jax._trajectories import Trajectories
+from dshpm_jax._types import NO_MATCH
+
+
+@dataclass(eq=False)
+class Scene:
+    """One recording, its model and the settings, with what is computed once for all its controls.
+
+    Attributes:
+        targets: the segments as the matcher sees them, made from the model by default.
+        relaxation: the motion relaxation interval in frames.
+    """
+
+    trajectories: Trajectories
+    model: SubjectModel
+    settings: Settings
+    targets: list[Target] = field(default_factory=list)
+    relaxation: int = field(init=False)
+    _rigid: dict[int, Bool[np.ndarray, "points points"]] = field(init=False, default_factory=dict)
+
+    def __post_init__(self):
+        self.relaxation = max(1, round(self.settings.relaxation_seconds * self.trajectories.rate))
+        self.targets = self.targets or make_targets(self.model, self.settings)
+
+    @property
+    def last_frame(self) -> int:
+        return self.trajectories.num_frames - 1
+
+    def later(self, frame: int) -> int:
+        """The frame one relaxation interval on, or back where the recording ends before."""
+        ahead = frame + self.relaxation
+        return ahead if ahead <= self.last_frame else max(0, frame - self.relaxation)
+
+    def window(self, frame: int) -> Int[np.ndarray, " window"]:
+        """Frames K + n delta of Eq. 2, clipped at the ends of the recording.
+
+        Our reading: near the end the window starts earlier, so that it keeps its length where it can.
+        """
+        steps = self.settings.window_steps
+        first = max(0, min(frame, self.last_frame - steps * self.relaxation))
+        return np.unique(np.minimum(first + self.relaxation * np.arange(steps + 1), self.last_frame))
+
+    def rigid(self, frame: int) -> Control:
+        """The segmentation matrix of the points in `frame` (Eqs. 1 and 2), made once a frame."""
+        if frame not in self._rigid:
+            here, _ = self.trajectories.at(frame)
+            if self.settings.method == "static" or not len(here):
+                self._rigid[frame] = np.ones((len(here), len(here)), bool)
+            else:
+                window = self.trajectories.positions(self.window(frame), here)
+                self._rigid[frame] = yield Segmentation(window, *self._limits())
+        return self._rigid[frame]
+
+    def _limits(self) -> tuple[float, float]:
+        """Right-hand sides of Eqs. 1 and 2: the farthest pair of any segment and the largest distortion ratio."""
+        extent = max(float((t.distance + t.tolerance).max()) for t in self.targets)
+        ratio = self.settings.distortion_ratio
+        return extent, max(s.distortion_ratio for s in self.model.segments) if ratio is None else ratio
+
+
+@dataclass(eq=False)
+class Known:
+    """Identities found so far.
+
+    Attributes:
+        identity: the marker of each trajectory, `NO_MATCH` where unknown.
+        found: which segments are identified.
+        fits: rigid fits asked for so far (section 5.2.3).
+    """
+
+    identity: Int[np.ndarray, " trajectories"]
+    found: Bool[np.ndarray, " segments"]
+    fits: int = 0
+
+    @classmethod
+    def nothing(cls, scene: Scene) -> "Known":
+        return cls(
+            np.full(len(scene.trajectories), NO_MATCH, dtype=np.int32), np.zeros(len(scene.model.segments), dtype=bool)
+        )
+
+    def copy(self) -> "Known":
+        return Known(self.identity.copy(), self.found.copy(), self.fits)
+
+    def restore(self, earlier: "Known") -> None:
+        """Back to `earlier`, but for the fits, which were spent."""
+        self.identity[:], self.found[:] = earlier.identity, earlier.found
+
+    def holders(self, scene: Scene, markers: Int[np.ndarray, " markers"], frame: int) -> Int[np.ndarray, " markers"]:
+        """The trajectory that carries each of `markers` in `frame`, or `NO_MATCH`."""
+        here = np.flatnonzero(scene.trajectories.alive(frame))
+        holder = np.full(scene.model.num_markers, NO_MATCH)
+        named = here[self.identity[here] != NO_MATCH]
+        holder[self.identity[named]] = named
+        return np.where(markers != NO_MATCH, holder[markers], NO_MATCH)
+
+    def clashes(self, scene: Scene, trajectory: int, marker: int) -> Bool[np.ndarray, " trajectories"]:
+        """Trajectories that carry `marker` during the life of `trajectory`."""
+        t = scene.trajectories
+        same = (self.identity == marker) & (t.start < t.stop[trajectory]) & (t.start[trajectory] < t.stop)
+        same[trajectory] = False
+        return same
+
+    def places(
+        self, scene: Scene, target: Target, frame: int
+    ) -> tuple[Float[np.ndarray, "columns 3"], Bool[np.ndarray, " columns"]]:
+        """Where the identified markers of `target` are in `frame` (mm), NaN for the others, and which are there."""
+        holder = self.holders(scene, target.markers, frame)
+        points = scene.trajectories.positions(np.array([frame]), holder)[0]
+        return points, holder != NO_MATCH

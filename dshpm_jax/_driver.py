@@ -1,0 +1,332 @@
+"""The only door between host and device: gathers what many controls ask for, answers it in few kernel calls.
+
+A control is a generator that yields requests (`_requests`). The driver runs many of them, takes the requests that are
+waiting, groups those of one kind and bucket, pads them to a few shapes, calls a jitted kernel once a group and sends
+each its answer. An answer never depends on who shared the batch.
+"""
+
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from dshpm_jax._kernels.candidate_table import Hypotheses, Problems
+from dshpm_jax._kernels.life_evidence import life_evidence
+from dshpm_jax._kernels.matching import match_segments
+from dshpm_jax._kernels.poses import fit_poses
+from dshpm_jax._requests import (
+    Control,
+    FitPoses,
+    LifeEvidence,
+    MatchSegment,
+    Poses,
+    Segmentation,
+    SegmentMatches,
+    Together,
+)
+from dshpm_jax._scoring import AbstractCandidateScore, AbstractMatchScore, MeanResidual, ToleranceScore
+from dshpm_jax._types import NO_MATCH
+
+POINT_BUCKETS = (64, 128, 256, 512, 1024)
+COLUMN_BUCKETS = (8, 18)
+HYPOTHESIS_BUCKETS = (128, 1024, 4096)
+FIT_BUCKETS = (64, 1024)
+REQUESTS = 32  # segments in one call, always padded to this many
+MARKER_BUCKETS = (32, 64, 128, 256)
+LIFE_FRAMES = 16  # frames of life costs in one call
+FAR = 1e6  # mm, where padded points are
+
+
+def bucket(size: int, buckets: Sequence[int], what: str) -> int:
+    """The smallest bucket that holds `size`."""
+    for limit in buckets:
+        if size <= limit:
+            return limit
+    raise ValueError(f"{size} {what} at once, more than {buckets[-1]}: this recording is too crowded to label")
+
+
+class Driver:
+    """Runs controls over the kernels.
+
+    Arguments:
+        candidate_score: how badly a candidate fits its column (Eq. 3).
+        match_score: how badly a match fits its segment (Eq. 4).
+        in_flight: controls that run at the same time; more make fuller batches and take more memory.
+    """
+
+    def __init__(
+        self,
+        candidate_score: AbstractCandidateScore | None = None,
+        match_score: AbstractMatchScore | None = None,
+        in_flight: int = 64,
+    ):
+        self._candidate_score = ToleranceScore() if candidate_score is None else candidate_score
+        self._match_score = MeanResidual() if match_score is None else match_score
+        self._in_flight = in_flight
+
+    def run(self, controls: Iterable[Control]) -> Iterator[Any]:
+        """The results of `controls`, in their order, each as soon as it and those before it are done."""
+        waiting = iter(controls)
+        done: dict[int, Any] = {}
+        threads: dict[int, _Thread] = {}
+        started = following = 0
+        exhausted = False
+        while True:
+            while not exhausted and len(threads) < self._in_flight:
+                control = next(waiting, None)
+                if control is None:
+                    exhausted = True
+                else:
+                    threads[started] = _Thread(control)
+                    started += 1
+            self._answer([leaf for thread in threads.values() for leaf in thread.leaves()])
+            for k, thread in list(threads.items()):
+                if thread.advance():
+                    done[k] = threads.pop(k).result
+            while following in done:
+                yield done.pop(following)
+                following += 1
+            if exhausted and not threads:
+                return
+
+    def _answer(self, leaves: "list[_Thread]") -> None:
+        groups: dict[Any, list[_Thread]] = defaultdict(list)
+        for leaf in leaves:
+            groups[_group_of(leaf.request)].append(leaf)
+        for group, members in groups.items():
+            answer = {MatchSegment: self._match, FitPoses: _fit, Segmentation: _segment, LifeEvidence: _cost}[group[0]]
+            for member, answered in zip(members, answer([leaf.request for leaf in members])):
+                member.answer = answered
+
+    def _match(self, requests: list[MatchSegment]) -> list[SegmentMatches]:
+        answers: list[SegmentMatches] = []
+        for batch in _batches(requests, lambda r: len(r.pivot), HYPOTHESIS_BUCKETS[-1]):
+            answers += self._match_batch(batch)
+        return answers
+
+    def _match_batch(self, requests: list[MatchSegment]) -> list[SegmentMatches]:
+        problems, hypotheses = _pad(requests)
+        found = match_segments(problems, hypotheses, self._candidate_score, self._match_score)
+        count = int(found.count)
+        rows = [np.asarray(field) for field in found[:6]]
+        request = hypotheses.request[rows[0][:count]]
+        ends = np.searchsorted(request, np.arange(len(requests) + 1))
+        answers = []
+        for k, asked in enumerate(requests):
+            mine = slice(ends[k], ends[k + 1])
+            _, assigned, matched, error, accepted, fits = (field[mine] for field in rows)
+            columns = len(asked.target.markers)
+            answers.append(SegmentMatches(assigned[:, :columns], matched, error, accepted, fits, int(found.truncated)))
+        return answers
+
+
+class _Thread:
+    """A control in flight, with the threads below it if it waits for several."""
+
+    def __init__(self, control: Control):
+        self._control = control
+        self._below: list[_Thread] = []
+        self.request: Any = None
+        self.answer: Any = None
+        self.result: Any = None
+        self._done = False
+        self._step(None)
+
+    def _step(self, answer: Any) -> None:
+        try:
+            self.request = self._control.send(answer)
+        except StopIteration as stop:
+            self.result, self._done, self.request = stop.value, True, None
+            return
+        if isinstance(self.request, Together):
+            self._below = [_Thread(control) for control in self.request.controls]
+
+    def leaves(self) -> "list[_Thread]":
+        """The threads at or below this one that wait for a kernel."""
+        if self._done:
+            return []
+        if isinstance(self.request, Together):
+            return [leaf for thread in self._below for leaf in thread.leaves()]
+        return [self]
+
+    def advance(self) -> bool:
+        """Goes on with the answers that have come; whether the control is done."""
+        if self._done:
+            return True
+        if isinstance(self.request, Together):
+            if all([thread.advance() for thread in self._below]):
+                self._step([thread.result for thread in self._below])
+        else:
+            self._step(self.answer)
+        return self._done
+
+
+def _group_of(request: Any) -> tuple:
+    if isinstance(request, MatchSegment):
+        points = bucket(len(request.points), POINT_BUCKETS, "points")
+        return MatchSegment, points, bucket(len(request.target.markers), COLUMN_BUCKETS, "markers of a segment")
+    if isinstance(request, FitPoses):
+        return FitPoses, bucket(request.shape.shape[1], COLUMN_BUCKETS, "markers of a segment")
+    if isinstance(request, Segmentation):
+        return (Segmentation,)
+    if isinstance(request, LifeEvidence):
+        return (LifeEvidence,)
+    raise TypeError(f"a control yielded {type(request).__name__}, which is no request")
+
+
+def _batches(requests: list, size: Callable[[Any], int], limit: int) -> Iterator[list]:
+    """Runs of requests that together stay within `limit` and `REQUESTS`."""
+    batch: list = []
+    total = 0
+    for request in requests:
+        if batch and (total + size(request) > limit or len(batch) == REQUESTS):
+            yield batch
+            batch, total = [], 0
+        batch.append(request)
+        total += size(request)
+    if batch:
+        yield batch
+
+
+def _pad(requests: list[MatchSegment]) -> tuple[Problems, Hypotheses]:
+    """The requests of one bucket as arrays; padded points are far away and not free, padded columns are none."""
+    first = requests[0]
+    points = bucket(len(first.points), POINT_BUCKETS, "points")
+    columns = bucket(len(first.target.markers), COLUMN_BUCKETS, "markers of a segment")
+    problems = Problems(
+        points=np.full((REQUESTS, points, 3), FAR, np.float32),
+        free=np.zeros((REQUESTS, points), bool),
+        rigid=np.zeros((REQUESTS, points, points), bool),
+        pinned=np.full((REQUESTS, columns), NO_MATCH, np.int32),
+        shape=np.zeros((REQUESTS, columns, 3), np.float32),
+        distance=np.zeros((REQUESTS, columns, columns), np.float32),
+        tolerance=np.ones((REQUESTS, columns, columns), np.float32),
+        scale=np.ones((REQUESTS, columns), np.float32),
+        reach=np.zeros((REQUESTS, columns), np.float32),
+        is_column=np.zeros((REQUESTS, columns), bool),
+        is_marker=np.zeros((REQUESTS, columns), bool),
+        need=np.zeros(REQUESTS, np.int32),
+    )
+    for k, asked in enumerate(requests):
+        target, n, m = asked.target, len(asked.points), len(asked.target.markers)
+        problems.points[k, :n] = asked.points - asked.points.mean(0)
+        problems.free[k, :n] = asked.free
+        problems.rigid[k, :n, :n] = asked.rigid
+        problems.pinned[k, :m] = asked.pinned
+        problems.shape[k, :m] = target.shape
+        problems.distance[k, :m, :m] = target.distance
+        problems.tolerance[k, :m, :m] = target.tolerance
+        problems.scale[k, :m] = target.scale
+        problems.reach[k, :m] = target.reach
+        problems.is_column[k, :m] = True
+        problems.is_marker[k, :m] = target.markers != NO_MATCH
+        problems.need[k] = target.need
+    return problems, _pad_hypotheses(requests)
+
+
+def _pad_hypotheses(requests: list[MatchSegment]) -> Hypotheses:
+    sizes = [len(asked.pivot) for asked in requests]
+    total = bucket(sum(sizes), HYPOTHESIS_BUCKETS, "hypotheses of a segment")
+    fields = [
+        np.repeat(np.arange(len(requests)), sizes),
+        np.concatenate([asked.pivot for asked in requests]),
+        np.concatenate([asked.assumed for asked in requests]),
+        np.ones(sum(sizes), bool),
+    ]
+    padded = [np.zeros(total, field.dtype if field.dtype == bool else np.int32) for field in fields]
+    for whole, field in zip(padded, fields):
+        whole[: len(field)] = field
+    padded[0][sum(sizes) :] = REQUESTS - 1
+    return Hypotheses(*padded)  # type: ignore[arg-type]
+
+
+def _fit(requests: list[FitPoses]) -> list[Poses]:
+    answers: list[Poses] = []
+    columns = bucket(max(r.shape.shape[1] for r in requests), COLUMN_BUCKETS, "markers of a segment")
+    sizes = [len(r.shape) for r in requests]
+    shape = np.zeros((sum(sizes), columns, 3), np.float32)
+    points = np.zeros((sum(sizes), columns, 3), np.float32)
+    weights = np.zeros((sum(sizes), columns), np.float32)
+    centre = np.zeros((sum(sizes), 3))
+    start = 0
+    for r, size in zip(requests, sizes):
+        rows, m = slice(start, start + size), r.shape.shape[1]
+        used = r.weights > 0
+        count = np.maximum(used.sum(1), 1)[:, None]
+        here = np.where(used[..., None], r.points, 0.0)
+        centre[rows] = here.sum(1) / count
+        shape[rows, :m] = r.shape
+        points[rows, :m] = np.where(used[..., None], here - centre[rows, None], 0.0)
+        weights[rows, :m] = np.where(used, r.weights, 0.0)
+        start += size
+    rotation, translation, rms, rank = _fit_in_buckets(shape, points, weights)
+    translation = translation + centre
+    start = 0
+    for size in sizes:
+        rows = slice(start, start + size)
+        answers.append(Poses(rotation[rows], translation[rows], rms[rows], rank[rows]))
+        start += size
+    return answers
+
+
+def _fit_in_buckets(shape, points, weights) -> list[np.ndarray]:
+    found = []
+    for first in range(0, len(shape), FIT_BUCKETS[-1]):
+        rows = slice(first, first + FIT_BUCKETS[-1])
+        size = len(shape[rows])
+        extra = bucket(size, FIT_BUCKETS, "fits") - size
+        padded = [np.concatenate([x[rows], np.zeros((extra, *x.shape[1:]), x.dtype)]) for x in (shape, points, weights)]
+        found.append([np.asarray(x)[:size] for x in fit_poses(*padded)])
+    return [np.concatenate(parts) for parts in zip(*found)]
+
+
+def _segment(requests: list[Segmentation]) -> list[np.ndarray]:
+    out = []
+    for r in requests:
+        d = np.linalg.norm(r.window[:, :, None] - r.window[:, None], axis=-1)
+        n = np.isfinite(d).sum(0)
+        low, high = np.nanmin(np.where(np.isfinite(d), d, np.inf), 0), np.max(np.where(np.isfinite(d), d, -np.inf), 0)
+        mean = np.nansum(d, 0) / np.maximum(n, 1)
+        with np.errstate(invalid="ignore"):
+            out.append((n < 3) | ((high < r.max_extent) & ((high - low) <= r.max_ratio * mean)))
+    return out
+
+
+def _cost(requests: list[LifeEvidence]) -> list[np.ndarray]:
+    """Costs of every point for every label, frames in fixed chunks with an empty tail."""
+    return [_cost_one(request) for request in requests]
+
+
+def _cost_one(asked: LifeEvidence) -> np.ndarray:
+    frames, points, _ = asked.points.shape
+    markers = asked.identified.shape[1]
+    wide = bucket(points, POINT_BUCKETS, "points")
+    tall = bucket(markers, MARKER_BUCKETS, "markers")
+    centre = np.nan_to_num(np.nanmean(asked.points.reshape(frames, -1, 3), axis=1))[:, None]
+    table = [
+        _grown(x, tall, fill)
+        for x, fill in (
+            (asked.neighbours, NO_MATCH),
+            (asked.shape, 0),
+            (asked.own, 0),
+            (asked.softness, 1),
+            (asked.spread, 1),
+        )
+    ]
+    out = np.empty((frames, points, markers), np.float32)
+    for first in range(0, frames, LIFE_FRAMES):
+        rows = slice(first, min(first + LIFE_FRAMES, frames))
+        size = rows.stop - first
+        identified = np.full((LIFE_FRAMES, tall, 3), np.nan, np.float32)
+        identified[:size, :markers] = asked.identified[rows] - centre[rows]
+        here = np.full((LIFE_FRAMES, wide, 3), np.nan, np.float32)
+        here[:size, :points] = asked.points[rows] - centre[rows]
+        out[rows] = np.asarray(life_evidence(identified, here, *table))[:size, :points, :markers]
+    return out
+
+
+def _grown(array: np.ndarray, size: int, fill: float) -> np.ndarray:
+    padded = np.full((size, *array.shape[1:]), fill, array.dtype)
+    padded[: len(array)] = array
+    return padded

@@ -1,0 +1,109 @@
+"""Evidence for a label at a point, from where the marker's neighbours are: leave-one-out poses, else distances."""
+
+import math
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float, Int
+
+from dshpm_jax._kernels.rigid_fit import rigid_fit_lanes, rotate_lanes
+from dshpm_jax._types import MIN_FIT_POINTS, NO_MATCH
+
+TAIL = 3.0  # degrees of freedom of the errors' t distribution: soft tissue has heavy tails
+BACKGROUND = math.log(700.0)  # of mm; a point that is no marker of the model may be anywhere in a body's volume
+WORST = -12.0  # nats; beyond, wrong is wrong, so that a few bad frames do not condemn a life
+ROBUST_ROUNDS = 2  # reweighted fits after the first
+ROBUST_SCALE = 2.0  # a neighbour that misses by so many times its softness counts a quarter
+MIRROR = math.log(2.0)  # distances alone cannot tell a point from its mirror image
+MIN_DISTANCES = 2  # fewer known neighbours say nothing
+MAX_DISTANCES = 3.0  # a point has three coordinates, however many distances are known
+
+
+@jax.jit
+def life_evidence(
+    identified: Float[Array, "frames markers 3"],
+    points: Float[Array, "frames points 3"],
+    neighbours: Int[Array, "markers neighbours"],
+    shape: Float[Array, "markers neighbours 3"],
+    own: Float[Array, "markers 3"],
+    softness: Float[Array, "markers neighbours"],
+    spread: Float[Array, " markers"],
+) -> Float[Array, "frames points markers"]:
+    """Logarithm of how much likelier each point is where it is if it is the marker than if it is none of the model's.
+
+    From its distance to the place that the marker's neighbours predict; where these give no pose, from its distances
+    to them. At least `WORST`, which also stands where fewer than two neighbours are known and where there is no
+    point. Lengths in mm; see `LifeEvidence` for the arguments.
+    """
+    known = jnp.isfinite(identified).all(-1)
+    at = jnp.maximum(neighbours, 0)
+    there = known[:, at] & (neighbours != NO_MATCH)[None]
+    places = jnp.where(there[..., None], identified[:, at], 0.0)
+    predicted, deviation = _predict(places, there, shape, own, softness, spread)
+    seen = jnp.isfinite(points).all(-1)
+    points = jnp.where(seen[..., None], points, 0.0)
+    posed = jnp.isfinite(deviation)[:, None, :]
+    apart = points[:, :, None, :] - predicted[:, None, :, :]
+    axis = jnp.where(posed, deviation[:, None, :] / math.sqrt(3.0), 1.0)  # of one coordinate
+    by_pose = _log_ratio(jnp.sum(apart * apart, axis=-1), axis, 3)
+    evidence = jnp.where(posed, by_pose, _by_distance(points, places, there, shape, own, softness))
+    return jnp.where(seen[:, :, None], jnp.maximum(evidence, WORST), WORST)
+
+
+def _log_ratio(square, deviation, dimensions: int):
+    """Log ratio of a t density of `dimensions` to the uniform background, for a squared distance."""
+    peak = math.lgamma((TAIL + dimensions) / 2) - math.lgamma(TAIL / 2) - 0.5 * dimensions * math.log(TAIL * math.pi)
+    fall = 0.5 * (TAIL + dimensions) * jnp.log1p(square / (TAIL * deviation * deviation))
+    return peak + dimensions * (BACKGROUND - jnp.log(deviation)) - fall
+
+
+def _predict(places, there, shape, own, softness, spread):
+    """Where each marker should be, and how far off that may be (mm), infinite without a pose."""
+    frames, markers, _ = there.shape
+    lanes = frames * markers
+    model = jnp.tile(shape.transpose(1, 2, 0), (1, 1, frames))
+    data = places.transpose(2, 3, 0, 1).reshape(-1, 3, lanes)
+    mask = there.transpose(2, 0, 1).reshape(-1, lanes)
+    soft = jnp.tile(softness.T, (1, frames))
+    base = jnp.where(mask, 1.0 / (soft * soft), 0.0)
+    weight = base
+    for _ in range(ROBUST_ROUNDS):
+        fit = rigid_fit_lanes(model, data, weight)
+        off = rotate_lanes(fit.rotation, model) + fit.translation[None] - data
+        square = jnp.sum(off * off, axis=1) / (ROBUST_SCALE * soft) ** 2
+        weight = base / (1.0 + square) ** 2
+    fit = rigid_fit_lanes(model, data, weight)
+    place = rotate_lanes(fit.rotation, jnp.tile(own.T, (1, frames))[None])[0] + fit.translation
+    deviation = _deviation(model, jnp.tile(own.T, (1, frames)), base, weight, jnp.tile(spread, frames))
+    posed = (fit.rank >= 2) & (jnp.sum(mask, axis=0) >= MIN_FIT_POINTS)
+    deviation = jnp.where(posed, deviation, jnp.inf)
+    return place.T.reshape(frames, markers, 3), deviation.reshape(frames, markers)
+
+
+def _deviation(model, own, base, weight, spread):
+    """Standard deviation of a prediction: as learnt with all neighbours, more from fewer and from farther away.
+
+    The leverage of the marker grows with its distance from the neighbours in units of their own extent.
+    """
+    share = weight / jnp.maximum(jnp.sum(weight, axis=0), 1e-12)[None]
+    middle = jnp.sum(share[:, None] * model, axis=0)
+    extent = jnp.sum(share * jnp.sum((model - middle[None]) ** 2, axis=1), axis=0)
+    reach = jnp.sum((own - middle) ** 2, axis=0)
+    softness = jnp.sqrt(1.0 / jnp.maximum(jnp.mean(base, axis=0), 1e-12))
+    lost = 1.0 - jnp.sum(weight, axis=0) / jnp.maximum(jnp.sum(base, axis=0), 1e-12)
+    leverage = reach / jnp.maximum(extent, 1.0)
+    few = 1.0 / jnp.maximum(jnp.sum(share > 0.02, axis=0), 1)
+    return jnp.sqrt(spread**2 + softness**2 * few * (0.5 + leverage) * 0.5 + (lost * spread) ** 2)
+
+
+def _by_distance(points, places, there, shape, own, softness):
+    """Evidence from the distances to the known neighbours, together worth three of them at the most."""
+    expected = jnp.sqrt(jnp.sum((shape - own[:, None]) ** 2, axis=-1))
+    total = jnp.zeros((*points.shape[:2], there.shape[1]), points.dtype)
+    for k in range(there.shape[2]):
+        apart = points[:, :, None, :] - places[:, None, :, k, :]
+        error = jnp.sqrt(jnp.sum(apart * apart, axis=-1)) - expected[:, k]
+        total += jnp.where(there[:, None, :, k], _log_ratio(error * error, softness[:, k], 1), 0.0)
+    count = jnp.sum(there, axis=2, dtype=points.dtype)[:, None, :]
+    evidence = total / jnp.maximum(count, 1.0) * jnp.minimum(count, MAX_DISTANCES) - MIRROR
+    return jnp.where(count >= MIN_DISTANCES, evidence, WORST)

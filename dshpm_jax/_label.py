@@ -1,0 +1,65 @@
+"""`label` and `label_many`: the one engine behind the command, the notebooks and the tests."""
+
+from collections.abc import Iterable, Iterator, Sequence
+
+from dshpm_jax._control.methods import label_control
+from dshpm_jax._driver import Driver
+from dshpm_jax._labelling import Labelling
+from dshpm_jax._model import SubjectModel
+from dshpm_jax._recording import Recording
+from dshpm_jax._settings import Settings
+from dshpm_jax._trajectories import Trajectories, from_columns
+
+
+def label(
+    recording: Recording, model: SubjectModel, settings: Settings | None = None, driver: Driver | None = None
+) -> Labelling:
+    """Labels one recording against the model of its subject.
+
+    Arguments:
+        recording: points in millimetres; names that its columns already carry are ignored.
+        model: see `SubjectModel.from_recordings`.
+        settings: the method and its parameters.
+        driver: holds the scores (`Driver(candidate_score=..., match_score=...)`).
+
+    Raises:
+        ValueError: the recording has no points.
+    """
+    return next(label_many([recording], model, settings, driver))
+
+
+def label_many(
+    recordings: Iterable[Recording],
+    models: SubjectModel | Sequence[SubjectModel],
+    settings: Settings | None = None,
+    driver: Driver | None = None,
+) -> Iterator[Labelling]:
+    """Labels recordings side by side, so that their kernels share batches; the labels are those of `label`.
+
+    Arguments:
+        models: one for all, or one for each recording.
+
+    Yields:
+        a `Labelling` for each recording, in order.
+    """
+    settings = Settings() if settings is None else settings
+    driver = Driver() if driver is None else driver
+    recordings = list(recordings)
+    if isinstance(models, SubjectModel):
+        models = [models] * len(recordings)
+    if len(models) != len(recordings):
+        raise ValueError(f"{len(recordings)} recordings but {len(models)} models; give one for all or one for each")
+    tracked = [_trajectories(recording, settings) for recording in recordings]
+    controls = (label_control(t, model, settings) for t, model in zip(tracked, models))
+    for recording, model, t, found in zip(recordings, models, tracked, driver.run(controls)):
+        identity, confidence, reason, stats = found
+        yield Labelling(recording, model, t, identity, confidence, reason, stats)
+
+
+def _trajectories(recording: Recording, settings: Settings) -> Trajectories:
+    if not recording.present.any():
+        raise ValueError("no point is seen in any frame; there is nothing to label")
+    points = recording.points
+    if settings.method == "static":
+        return from_columns(points, recording.rate, np.full(points.shape[:2], -1))
+    return from_columns(points, recording.rate)

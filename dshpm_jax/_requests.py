@@ -1,0 +1,137 @@
+"""What the control asks of the kernels; plain numpy, so that control never touches jax."""
+
+from collections.abc import Generator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+
+@dataclass(frozen=True, eq=False)
+class Target:
+    """One segment as the matcher sees it: a column for each marker, and one for its virtual join if it has one.
+
+    Attributes:
+        segment: which segment of the model.
+        markers: identity of each column, `NO_MATCH` for a virtual join.
+        shape: places of the columns (mm).
+        distance: distances between columns (mm).
+        tolerance: allowed difference of each distance (mm, Eq. 3).
+        scale: residual that Eq. 4 allows each column (mm).
+        reach: how far from its predicted place a marker is still taken (mm, Fig. 3).
+        need: markers that a match must hold (Eq. 5).
+    """
+
+    segment: int
+    markers: Int[np.ndarray, " columns"]
+    shape: Float[np.ndarray, "columns 3"]
+    distance: Float[np.ndarray, "columns columns"]
+    tolerance: Float[np.ndarray, "columns columns"]
+    scale: Float[np.ndarray, " columns"]
+    reach: Float[np.ndarray, " columns"]
+    need: int
+
+
+@dataclass(frozen=True, eq=False)
+class MatchSegment:
+    """Match `target` among `points` under every hypothesis (sections 4.2.1 and 4.2.2).
+
+    Attributes:
+        target: the segment.
+        points: places in one frame (mm).
+        free: which points may be taken.
+        rigid: the segmentation matrix (Eqs. 1 and 2).
+        pinned: for each column the point that it is known to be, `NO_MATCH` where it is to be found.
+        pivot, assumed: the hypotheses, a column and a point each.
+    """
+
+    target: Target
+    points: Float[np.ndarray, "points 3"]
+    free: Bool[np.ndarray, " points"]
+    rigid: Bool[np.ndarray, "points points"]
+    pinned: Int[np.ndarray, " columns"]
+    pivot: Int[np.ndarray, " hypotheses"]
+    assumed: Int[np.ndarray, " hypotheses"]
+
+
+@dataclass(frozen=True, eq=False)
+class SegmentMatches:
+    """Every hypothesis that survived culling, in the order in which the paper would try them.
+
+    Attributes:
+        assigned: the point of each column, `NO_MATCH` where lost.
+        matched: how many markers are matched (virtual joins do not count).
+        error: the match score (Eq. 4); from 1 on the match is not good enough.
+        accepted: whether Eqs. 4 and 5 hold.
+        fits: rigid fits that the hypothesis took (section 5.2.3).
+        truncated: candidates that a column had beyond those kept, summed over all hypotheses.
+    """
+
+    assigned: Int[np.ndarray, "hypotheses columns"]
+    matched: Int[np.ndarray, " hypotheses"]
+    error: Float[np.ndarray, " hypotheses"]
+    accepted: Bool[np.ndarray, " hypotheses"]
+    fits: Int[np.ndarray, " hypotheses"]
+    truncated: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class FitPoses:
+    """Rigid fits of `shape` to `points` with `weights`, a row each; weight 0 where there is no correspondence."""
+
+    shape: Float[np.ndarray, "fits columns 3"]
+    points: Float[np.ndarray, "fits columns 3"]
+    weights: Float[np.ndarray, "fits columns"]
+
+
+@dataclass(frozen=True, eq=False)
+class Poses:
+    """`points ~ rotation @ shape + translation` (mm); `rank` under 2 means that there is no pose."""
+
+    rotation: Float[np.ndarray, "fits 3 3"]
+    translation: Float[np.ndarray, "fits 3"]
+    rms: Float[np.ndarray, " fits"]
+    rank: Int[np.ndarray, " fits"]
+
+
+@dataclass(frozen=True, eq=False)
+class Segmentation:
+    """The segmentation matrix of the points in a window of frames (Eqs. 1 and 2)."""
+
+    window: Float[np.ndarray, "frames points 3"]
+    max_extent: float
+    max_ratio: float
+
+
+@dataclass(frozen=True, eq=False)
+class LifeEvidence:
+    """What it costs to give each label to each point, from the places of the identified markers around it.
+
+    Attributes:
+        identified: where each marker is by what is known so far (mm), NaN where unknown.
+        points: every point of those frames (mm), NaN where there is none.
+        neighbours: for each marker the markers that predict it, `NO_MATCH` beyond the last.
+        shape, own: places of the neighbours and of the marker itself, in a frame of each neighbourhood (mm).
+        softness: how much the distance of each neighbour varies (mm).
+        spread: error of the prediction by all neighbours (mm).
+    """
+
+    identified: Float[np.ndarray, "frames markers 3"]
+    points: Float[np.ndarray, "frames slots 3"]
+    neighbours: Int[np.ndarray, "markers neighbours"]
+    shape: Float[np.ndarray, "markers neighbours 3"]
+    own: Float[np.ndarray, "markers 3"]
+    softness: Float[np.ndarray, "markers neighbours"]
+    spread: Float[np.ndarray, " markers"]
+
+
+@dataclass(frozen=True, eq=False)
+class Together:
+    """Run several controls side by side, so that their requests share batches; the answer is a list of theirs."""
+
+    controls: tuple[Generator, ...]
+
+
+Control = Generator[Any, Any, Any]
+"""A control: yields requests, is sent their answers, returns its result."""
