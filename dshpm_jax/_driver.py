@@ -194,7 +194,7 @@ def _pad(requests: list[MatchSegment]) -> tuple[Problems, Hypotheses]:
     first = requests[0]
     points = bucket(len(first.points), POINT_BUCKETS, "points")
     columns = bucket(len(first.target.markers), COLUMN_BUCKETS, "markers of a segment")
-    problems = Problems(
+    empty: dict[str, Any] = dict(
         points=np.full((REQUESTS, points, 3), FAR, np.float32),
         free=np.zeros((REQUESTS, points), bool),
         rigid=np.zeros((REQUESTS, points, points), bool),
@@ -208,6 +208,7 @@ def _pad(requests: list[MatchSegment]) -> tuple[Problems, Hypotheses]:
         is_marker=np.zeros((REQUESTS, columns), bool),
         need=np.zeros(REQUESTS, np.int32),
     )
+    problems = Problems(**empty)
     for k, asked in enumerate(requests):
         target, n, m = asked.target, len(asked.points), len(asked.target.markers)
         problems.points[k, :n] = asked.points - asked.points.mean(0)

@@ -2,6 +2,8 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 
+import numpy as np
+
 from dshpm_jax._control.methods import label_control
 from dshpm_jax._driver import Driver
 from dshpm_jax._labelling import Labelling

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from dshpm_jax._control.dynamic import identify, key_frame
-from dshpm_jax._control.life import full
+from dshpm_jax._control.full import full
 from dshpm_jax._control.propagation import propagate
 from dshpm_jax._control.scene import Known, Scene
 from dshpm_jax._labelling import Reason

@@ -1,6 +1,6 @@
 """What a control knows of the recording, and what it has found so far."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -32,6 +32,14 @@ class Scene:
     def __post_init__(self):
         self.relaxation = max(1, round(self.settings.relaxation_seconds * self.trajectories.rate))
         self.targets = self.targets or make_targets(self.model, self.settings)
+
+    def loosened(self, factor: float) -> "Scene":
+        """The same scene with all tolerances multiplied."""
+        targets = [
+            replace(t, tolerance=t.tolerance * factor, scale=t.scale * factor, reach=t.reach * factor)
+            for t in self.targets
+        ]
+        return Scene(self.trajectories, self.model, self.settings, targets)
 
     @property
     def last_frame(self) -> int:

@@ -74,7 +74,7 @@ def _prediction_error(points: np.ndarray, shape: np.ndarray, weight: np.ndarray)
 
     NaN where fewer than 3 ever are; 1 % of the worst frames are left out, for hand labels are wrong in a few.
     """
-    seen = np.isfinite(points).all(-1)
+    seen = np.asarray(np.isfinite(points).all(-1))
     frames = points[seen[:, -1] & (seen[:, :-1].sum(1) >= 3)]
     if not len(frames):
         return np.nan
@@ -88,7 +88,7 @@ def weighted_fit(
     shape: Float[np.ndarray, "markers 3"], points: Float[np.ndarray, "frames markers 3"], weight: np.ndarray
 ) -> tuple[Float[np.ndarray, "frames 3 3"], Float[np.ndarray, "frames 3"]]:
     """Weighted rigid fit of a shape to the points seen, never a reflection."""
-    seen = np.isfinite(points).all(-1)
+    seen = np.asarray(np.isfinite(points).all(-1))
     points = np.where(seen[..., None], points, 0.0)
     share = weight * seen
     share = share / share.sum(1, keepdims=True)
