@@ -28,3 +28,41 @@ def fit_rms(rotation, translation, model, data, weights):
     used = weights > 0
     square = ((data[used] - model[used] @ rotation.T - translation) ** 2).sum(-1)
     return float(np.sqrt((weights[used] @ square) / weights[used].sum())) if used.any() else 0.0
+
+
+def segmentation_matrix(window, present, max_extent, max_ratio):
+    """Eqs. 1 and 2, pair by pair and frame by frame; a pair seen in fewer than 3 frames stays possible."""
+    points = window.shape[1]
+    found = np.zeros((points, points), dtype=bool)
+    for i in range(points):
+        for j in range(points):
+            if i == j or not present[:, i].any() or not present[:, j].any():
+                continue
+            frames = np.flatnonzero(present[:, i] & present[:, j])
+            distances = [np.linalg.norm(window[t, i].astype(np.float64) - window[t, j]) for t in frames]
+            if len(distances) < 3:
+                found[i, j] = True
+                continue
+            within = all(d < (1 + max_ratio) * max_extent for d in distances)
+            found[i, j] = within and (max(distances) - min(distances)) / np.mean(distances) < max_ratio
+    return found
+
+
+def unrivalled_links(distance, ratio, margin, rounds):
+    """Rounds of mutual nearest pairs that have no rival, by loops over a table of distances (inf: not allowed)."""
+    distance = np.array(distance, dtype=np.float64)
+    links = np.full(len(distance), NO_MATCH)
+    for _ in range(rounds):
+        accepted = []
+        for i, row in enumerate(distance):
+            j = int(row.argmin())
+            column = distance[:, j]
+            if not np.isfinite(row[j]) or column.argmin() != i:
+                continue
+            rival = min(np.delete(row, j).min(initial=np.inf), np.delete(column, i).min(initial=np.inf))
+            if rival >= ratio * row[j] + margin:
+                accepted.append((i, j))
+        for i, j in accepted:
+            links[i] = j
+            distance[i], distance[:, j] = np.inf, np.inf
+    return links

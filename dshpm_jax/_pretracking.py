@@ -1,0 +1,108 @@
+"""Pre-tracking (section 4.1): from a recording to trajectories."""
+
+import logging
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from dshpm_jax._kernels.tracking import ACCELERATION, SPEED, track
+from dshpm_jax._recording import Recording
+from dshpm_jax._trajectories import Trajectories, from_columns
+from dshpm_jax._types import NO_MATCH
+
+logger = logging.getLogger(__name__)
+
+SAMPLED_FRAMES = 200  # pairs of consecutive frames on which the columns are judged
+OWN_NEAREST = 0.25  # share of points, beyond chance, that must be nearest to their own column's next point
+JUMP = 60.0  # mm beyond what acceleration explains: a column that leaves its course by more is cut
+RIVAL_RATIO = 3.0  # a column is cut where another's next point is this many times nearer to its course
+SUSPECT = 25.0  # mm off its course from which on a column's step is compared with others
+
+
+def pretrack(recording: Recording) -> Trajectories:
+    """The trajectories of a recording: its columns, cut where they jump, or tracks where columns mean nothing.
+
+    Every point is in exactly one trajectory, and a gap ends a trajectory.
+    """
+    points = np.asarray(recording.points, dtype=np.float64)
+    if columns_are_tracks(points):
+        links = unbroken_columns(points, recording.rate)
+    else:
+        logger.info("columns carry no trajectories: points are tracked from frame to frame")
+        links = track(points, recording.rate)
+    return from_columns(points, recording.rate, links)
+
+
+def columns_are_tracks(points: Float[np.ndarray, "frames points 3"]) -> bool:
+    """Whether the columns carry trajectories already.
+
+    In pairs of consecutive frames, spread over the recording, we count the points seen in both whose own column holds
+    the nearest point of the second frame, and take off what chance gives them, one over the number of points. Real
+    trajectories score nearly 1, and still a third for dense markers in a sprint at 60 Hz, where neighbours overrun each
+    other in a frame; shuffled points score nearly 0. Only steps count, so fragments of two frames are judged as well as
+    long columns, and a column that stands still is its own nearest point. Columns in which no two consecutive frames
+    are filled carry nothing, unless no frame follows another at all.
+    """
+    present = np.asarray(np.isfinite(points).all(-1))
+    steps = np.logical_and(present[:-1], present[1:])
+    own = total = chance = 0.0
+    for t in _spread(np.flatnonzero(steps.any(1)), SAMPLED_FRAMES):
+        columns, following = np.flatnonzero(steps[t]), np.flatnonzero(present[t + 1])
+        distance = np.linalg.norm(points[t][columns][:, None] - points[t + 1][following][None], axis=-1)
+        nearest = distance.min(1) >= np.linalg.norm(points[t + 1, columns] - points[t, columns], axis=-1)
+        if len(following) > 1:  # a lone point is nearest in any case
+            own, total, chance = own + nearest.sum(), total + len(columns), chance + len(columns) / len(following)
+    if total:
+        return bool(own - chance >= OWN_NEAREST * (total - chance))
+    filled = np.any(present, axis=1)
+    return bool(steps.any()) or not np.logical_and(filled[:-1], filled[1:]).any()
+
+
+def unbroken_columns(points: Float[np.ndarray, "frames points 3"], rate: float) -> Int[np.ndarray, "frames points"]:
+    """Links of the columns with themselves, cut at gaps and where a column leaves its course.
+
+    The course of a column is its last step once more, or standing still in its second frame. It is left where the next
+    point
+
+    - is farther from the point before than a foot moves in a sprint, or
+    - misses the course by more than the acceleration of a marker explains and `JUMP` besides, or
+    - misses it by more than `SUSPECT`, while another column's point lies `RIVAL_RATIO` times nearer to it that is off
+      its own column's course too, or has none: two columns that swap, or a marker that goes on in another column.
+
+    The step after a cut is judged by the step that was cut, so as a rule it is cut too and leaves a single point.
+    """
+    present = np.asarray(np.isfinite(points).all(-1))
+    steps = present.copy()
+    steps[:-1] &= present[1:]
+    steps[-1:] = False
+    step = np.full(points.shape, np.nan)  # from this frame to the next
+    step[:-1] = np.diff(points, axis=0)
+    before = np.zeros_like(points)
+    before[1:] = np.where(steps[:-1, :, None], step[:-1], 0)
+    known = np.zeros_like(steps)
+    known[1:] = steps[:-1]
+    with np.errstate(invalid="ignore"):
+        miss = np.linalg.norm(step - before, axis=-1)
+        far = np.linalg.norm(step, axis=-1) > SPEED / rate + JUMP
+        cut = far | (known & (miss > ACCELERATION / rate**2 + JUMP))
+    cut |= _taken_over(points, points + before, miss, known & steps, present)
+    return np.where(steps & ~cut, np.arange(points.shape[1]), NO_MATCH)
+
+
+def _taken_over(points, course, miss, judged, present) -> Bool[np.ndarray, "frames points"]:
+    """Where another column's next point is on a column's course, and the column itself is off it."""
+    found = np.zeros_like(judged)
+    suspects = judged & (np.nan_to_num(miss) > SUSPECT)
+    for t in np.flatnonzero(suspects.any(1)):
+        columns, following = np.flatnonzero(suspects[t]), np.flatnonzero(present[t + 1])
+        distance = np.linalg.norm(course[t][columns][:, None] - points[t + 1][following][None], axis=-1)
+        distance[columns[:, None] == following[None]] = np.inf
+        free = ~(judged[t, following] & (miss[t, following] <= SUSPECT))
+        distance[:, ~free] = np.inf
+        found[t, columns] = RIVAL_RATIO * distance.min(1) < miss[t, columns]
+    return found
+
+
+def _spread(frames: Int[np.ndarray, "n"], count: int) -> Int[np.ndarray, "k"]:
+    """At most `count` of `frames`, evenly."""
+    return frames[:: max(1, -(-len(frames) // count))]
