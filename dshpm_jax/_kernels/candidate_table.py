@@ -44,8 +44,10 @@ def candidate_costs(
 ) -> Float[Array, "hypotheses columns points"]:
     """Cost of every point in every column under every hypothesis, infinite where it is no candidate (Eq. 3).
 
-    The pivot's own column holds the assumed pivot alone, a pinned column its known point alone. Our reading: the bounding box is the ball of Eq. 3's
-    farthest column, which Eq. 3 already implies; it needs no test of its own.
+    The pivot's own column holds the assumed pivot alone, a pinned column its known point alone.
+
+    Our reading: the bounding box is the ball of Eq. 3's farthest column, which Eq. 3 already implies; it needs no test
+    of its own.
     """
     request, pivot, assumed, _ = hypotheses
     points = problems.points[request]
@@ -55,13 +57,13 @@ def candidate_costs(
     over_points = jax.vmap(score, in_axes=(None, 0, None))
     over_columns = jax.vmap(over_points, in_axes=(0, None, 0))
     cost = jax.vmap(over_columns)(model_distance, data_distance, tolerance)
-    column = jnp.arange(cost.shape[1])
-    point = jnp.arange(cost.shape[2])
+    column = jnp.arange(cost.shape[1])[None, :]
+    point = jnp.arange(cost.shape[2])[None, :]
     is_assumed = (point == assumed[:, None])[:, None, :]
     is_pivot = (column == pivot[:, None])[:, :, None]
     pinned = problems.pinned[request][:, :, None]
     allowed = (problems.free[request] & problems.rigid[request, assumed])[:, None, :]
-    allowed = jnp.where(pinned == NO_MATCH, allowed, point == pinned)
+    allowed = jnp.where(pinned == NO_MATCH, allowed, point[:, None] == pinned)
     candidate = allowed & ~is_assumed & ~is_pivot & (cost <= 1.0)
     candidate &= problems.is_column[request][:, :, None]
     return jnp.where(is_pivot & is_assumed, 0.0, jnp.where(candidate, cost, jnp.inf))
@@ -92,7 +94,7 @@ def order_candidates(
     Also how many candidates had to be left out.
     """
     total = jnp.sum(jnp.isfinite(cost), dtype=jnp.int32)
-    point = jnp.arange(cost.shape[2], dtype=jnp.int32)
+    point = jnp.arange(cost.shape[2], dtype=jnp.int32)[None, None]
     found = []
     for _ in range(MAX_CANDIDATES):
         next_best = jnp.argmin(cost, axis=2).astype(jnp.int32)

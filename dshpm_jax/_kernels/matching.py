@@ -140,8 +140,8 @@ def _iterate(problems: Problems, ranked: Hypotheses, table, start, count, score:
         fresh = start[jnp.minimum(row, rows - 1)].T
         return _Lanes(
             row,
-            jnp.where(idle, fresh, lanes.assigned),
-            jnp.where(idle, 0, lanes.tried),
+            jnp.where(idle[None], fresh, lanes.assigned),
+            jnp.where(idle[None], 0, lanes.tried),
             jnp.where(idle, 0, lanes.fits),
         ), jnp.minimum(following + jnp.sum(idle, dtype=jnp.int32), count)
 
@@ -150,7 +150,7 @@ def _iterate(problems: Problems, ranked: Hypotheses, table, start, count, score:
         row = jnp.minimum(lanes.row, rows - 1)
         request = ranked.request[row]
         there = lanes.assigned != NO_MATCH
-        data = flat_points[request * num_points + jnp.maximum(lanes.assigned, 0)].transpose(0, 2, 1)
+        data = flat_points[request[None] * num_points + jnp.maximum(lanes.assigned, 0)].transpose(0, 2, 1)
         residual = _residuals(problems.shape[request].transpose(1, 2, 0), data, there)
         scale = problems.scale[request].T
         error = _score(score, residual, scale, there)
@@ -162,8 +162,8 @@ def _iterate(problems: Problems, ranked: Hypotheses, table, start, count, score:
         out_fits = out_fits.at[target].set(lanes.fits + 1, mode="drop")
         lanes = _Lanes(
             lanes.row,
-            jnp.where(done, lanes.assigned, moved.assigned),
-            jnp.where(done, lanes.tried, moved.tried),
+            jnp.where(done[None], lanes.assigned, moved.assigned),
+            jnp.where(done[None], lanes.tried, moved.tried),
             lanes.fits + 1,
         )
         lanes, following = fill(lanes, done, following)
@@ -185,7 +185,7 @@ def _replace_worst(lanes: _Lanes, badness, there, table, row) -> _Lanes:
     """The match of the largest relative residual gives way to its next candidate, or to none."""
     columns = badness.shape[0]
     worst = jnp.argmax(jnp.where(there, badness, -1.0), axis=0)
-    is_worst = jnp.arange(columns)[:, None] == worst
+    is_worst = jnp.arange(columns)[:, None] == worst[None]
     tried = jnp.sum(jnp.where(is_worst, lanes.tried, 0), axis=0)
     candidates = table[row, worst]
     now = jnp.sum(jnp.where(is_worst, lanes.assigned, 0), axis=0)
@@ -193,12 +193,12 @@ def _replace_worst(lanes: _Lanes, badness, there, table, row) -> _Lanes:
     used = jnp.full(row.shape, MAX_CANDIDATES, jnp.int32)
     for k in reversed(range(MAX_CANDIDATES)):
         point = candidates[:, k]
-        taken = jnp.any(lanes.assigned == point, axis=0)
+        taken = jnp.any(lanes.assigned == point[None], axis=0)
         usable = (k >= tried) & (point != NO_MATCH) & ~taken & (point != now)
         choice = jnp.where(usable, point, choice)
         used = jnp.where(usable, k + 1, used)
     return lanes._replace(
-        assigned=jnp.where(is_worst, choice, lanes.assigned), tried=jnp.where(is_worst, used, lanes.tried)
+        assigned=jnp.where(is_worst, choice[None], lanes.assigned), tried=jnp.where(is_worst, used[None], lanes.tried)
     )
 
 
@@ -271,9 +271,9 @@ def _complete(predicted, points, free, assigned, reach, wanted):
     """
     apart = predicted[:, :, None, :] - points[:, None, :, :]
     distance = jnp.sqrt(jnp.sum(apart * apart, axis=-1))
-    point = jnp.arange(points.shape[1])
-    column = jnp.arange(assigned.shape[1])
-    claimed = jnp.any(assigned[:, :, None] == point, axis=1)
+    point = jnp.arange(points.shape[1])[None]
+    column = jnp.arange(assigned.shape[1])[None]
+    claimed = jnp.any(assigned[:, :, None] == point[None], axis=1)
     open_column = (assigned == NO_MATCH) & wanted
     near = (distance <= reach[:, :, None]) & (free & ~claimed)[:, None, :] & open_column[:, :, None]
     distance = jnp.where(near, distance, jnp.inf)
@@ -298,6 +298,6 @@ def _distance_error(problems: Problems, request, assigned, points):
     place = jnp.take_along_axis(points, jnp.maximum(assigned, 0)[:, :, None], axis=1)
     apart = place[:, :, None, :] - place[:, None, :, :]
     error = jnp.abs(jnp.sqrt(jnp.sum(apart * apart, axis=-1)) - problems.distance[request])
-    pairs = there[:, :, None] & there[:, None, :] & ~jnp.eye(assigned.shape[1], dtype=bool)
+    pairs = there[:, :, None] & there[:, None, :] & ~jnp.eye(assigned.shape[1], dtype=bool)[None]
     total = jnp.sum(jnp.where(pairs, error / problems.tolerance[request], 0.0), axis=(1, 2))
     return total / jnp.maximum(jnp.sum(pairs, axis=(1, 2), dtype=total.dtype), 1.0)
