@@ -89,10 +89,10 @@ def hand(frames: int = 600, rate: float = 60.0, subject: int = 0, seed: int = 0)
 
 def _hand(size: float, rng: np.random.Generator) -> tuple[tuple[Bone, ...], tuple[Marker, ...]]:
     bones = [Bone("palm", NO_PARENT, (0.0, 0.0, 0.0))]
-    places = [
-        ("wrist_radial", 0, (4, 24, 8), False),
-        ("wrist_ulnar", 0, (0, -24, 8), False),
-        ("back", 0, (48, -6, 16), False),
+    places: list[tuple[str, int, tuple[float, float, float], bool]] = [
+        ("wrist_radial", 0, (4.0, 24.0, 8.0), False),
+        ("wrist_ulnar", 0, (0.0, -24.0, 8.0), False),
+        ("back", 0, (48.0, -6.0, 16.0), False),
     ]
     for finger, (knuckle, lengths, *_) in FINGERS.items():
         first, (proximal, middle, distal) = len(bones), lengths
