@@ -37,7 +37,7 @@ def test_many_windows_at_once():
     window, present = windows(6)
     extent, ratio = np.full(6, EXTENT, np.float32), np.full(6, RATIO, np.float32)
     together = jax.jit(segmentation_matrices)(window, present, extent, ratio)
-    mapped = jax.vmap(segmentation_matrix)(window, present, extent, ratio)
+    mapped = jax.jit(jax.vmap(segmentation_matrix))(window, present, extent, ratio)
     np.testing.assert_array_equal(together, mapped)
     np.testing.assert_array_equal(together[3], segment(window[3], present[3], EXTENT, RATIO))
 
@@ -62,7 +62,7 @@ def test_a_point_that_is_never_seen_pairs_with_none():
 def test_statistics_far_from_the_origin():
     (window,), _ = windows(1)
     window = np.nan_to_num(window) + np.float32(5000)
-    found = pair_statistics(jnp.asarray(window), jnp.ones((FRAMES, POINTS), bool))
+    found = jax.jit(pair_statistics)(jnp.asarray(window), jnp.ones((FRAMES, POINTS), bool))
     exact = np.linalg.norm(window[:, :, None].astype(np.float64) - window[:, None], axis=-1)
     np.testing.assert_allclose(found.mean, exact.mean(0), atol=0.01)
     np.testing.assert_allclose(found.smallest, exact.min(0), atol=0.01)
