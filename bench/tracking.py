@@ -3,7 +3,8 @@
     python bench/tracking.py [RECORDING.c3d ...] [--every N]
 
 Each labelled recording (by default figures made on the spot) is thinned to every Nth frame, its points are shuffled in
-each frame, and the links are compared with the columns that they came from. Compiling is not counted. On two shared CPU cores, jax 0.10:
+each frame, and the links are compared with the columns that they came from. Compiling is not counted.
+On two shared CPU cores, jax 0.10:
 
     made on the spot   28 points  100 Hz     6125 frames/s  wrong 0 of 27972, missed 0.00%
     made on the spot   60 points  100 Hz     2172 frames/s  wrong 0 of 59940, missed 0.00%
