@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from dshpm_jax._kernels.rigid_fit import CHUNK_LANES, MIN_SPREAD, rigid_fit, rigid_fit_lanes
 
-FITS, MARKERS = 50, 6
+FITS, MARKERS = 100, 6
 RMS_TOLERANCE = 1e-3  # millimetres, float32
 TURN_TOLERANCE = 5e-6
 
@@ -51,11 +51,11 @@ def test_as_good_as_svd(shape, mirrored, noise):
     check_against_svd(*(x.astype(np.float32) for x in (model, data, weights)))
 
 
-def test_integer_points_tie_everywhere():
-    rng = np.random.default_rng(1)
-    model, data = (40 * rng.integers(-1, 2, (2000, 4, 3)).astype(np.float32) for _ in range(2))
-    check_rotations(fit(model, data, np.ones((2000, 4), np.float32)).rotation)
-    check_against_svd(model[:FITS], data[:FITS], np.ones((FITS, 4), np.float32))
+@pytest.mark.parametrize("seed", range(10))
+def test_integer_points_tie_everywhere(seed):
+    rng = np.random.default_rng(seed)
+    model, data = (40 * rng.integers(-1, 2, (FITS, MARKERS, 3)).astype(np.float32) for _ in range(2))
+    check_against_svd(model, data, np.ones((FITS, MARKERS), np.float32))
 
 
 def check_against_svd(model, data, weights):
@@ -95,9 +95,9 @@ def test_rank_counts_the_directions_of_spread():
 
 
 def test_two_points_have_no_pose():
-    model = np.array([[0, 0, 0], [100, 0, 0], [0, 100, 0]], np.float32)
-    assert fit(model, model, np.array([1, 1, 0], np.float32)).rank == 1
-    assert fit(model, model, np.array([1, 1, 1], np.float32)).rank == 2
+    model = np.array([[0, 0, 0], [100, 0, 0], [0, 100, 0], [0, 0, 100]], np.float32)
+    assert fit(model, model, np.array([1, 1, 0, 0], np.float32)).rank == 1
+    assert fit(model, model, np.array([1, 1, 1, 0], np.float32)).rank == 2
 
 
 def test_the_spread_asked_for_is_a_parameter():
@@ -109,8 +109,8 @@ def test_the_spread_asked_for_is_a_parameter():
 
 
 def test_nothing_to_fit():
-    nothing = np.full((5, 4, 3), np.nan, np.float32)
-    found = fit(nothing, nothing, np.zeros((5, 4), np.float32))
+    nothing = np.full((FITS, MARKERS, 3), np.nan, np.float32)
+    found = fit(nothing, nothing, np.zeros((FITS, MARKERS), np.float32))
     check_rotations(found.rotation)
     for value in (found.translation, found.rms, found.rank):
         np.testing.assert_array_equal(value, 0)
@@ -153,17 +153,17 @@ def test_neighbours_in_a_batch_do_not_matter():
 
 def test_layouts_and_vmap_agree():
     rng = np.random.default_rng(5)
-    model, data = (rng.normal(0, 100, (2, 8, 4, 3)).astype(np.float32) for _ in range(2))
-    weights = np.ones((2, 8, 4), np.float32)
+    model, data = (rng.normal(0, 100, (FITS, MARKERS, 3)).astype(np.float32) for _ in range(2))
+    weights = np.ones((FITS, MARKERS), np.float32)
     batch, mapped = fit(model, data, weights), jax.jit(jax.vmap(rigid_fit))(model, data, weights)
-    lanes = jax.jit(rigid_fit_lanes)(*(jnp.moveaxis(x[0], 0, -1) for x in (model, data, weights)))
+    lanes = jax.jit(rigid_fit_lanes)(*(np.moveaxis(x, 0, -1) for x in (model, data, weights)))
     for a, b, c in zip(batch, mapped, lanes):
         np.testing.assert_allclose(a, b, atol=1e-3)
-        np.testing.assert_allclose(a[0], jnp.moveaxis(c, -1, 0), atol=1e-3)
+        np.testing.assert_allclose(a, np.moveaxis(np.asarray(c), -1, 0), atol=1e-3)
 
 
 def test_one_program_a_shape():
     counted = jax.jit(assert_max_traces(rigid_fit, max_traces=1))
     for spread in (8.0, 12.0):
-        model = np.ones((8, 4, 3), np.float32)
-        counted(model, model, np.ones((8, 4), np.float32), spread)
+        model = np.ones((FITS, MARKERS, 3), np.float32)
+        counted(model, model, np.ones((FITS, MARKERS), np.float32), spread)
