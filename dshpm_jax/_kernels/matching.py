@@ -102,19 +102,21 @@ def _first_candidates(
 ) -> Int[Array, "tables columns"]:
     """The top row of each table, column by column along the pivot sequence; no point twice."""
     sequence = jnp.argsort(distance, axis=1)  # non-decreasing distance from the pivot; stable, ties by index
-    sequential = jnp.take_along_axis(table, sequence[:, :, None], axis=1)
-    chosen: list[Int[Array, " tables"]] = []
-    for column in range(table.shape[1]):
+    sequential = jnp.take_along_axis(table, sequence[:, :, None], axis=1).transpose(1, 2, 0)
+
+    def choose(column, chosen):
         choice = jnp.full(table.shape[0], NO_MATCH, jnp.int32)
         for candidate in reversed(range(MAX_CANDIDATES)):
-            point = sequential[:, column, candidate]
-            taken = jnp.zeros_like(point, dtype=bool)
-            for other in chosen:
-                taken |= other == point
+            point = sequential[column, candidate]
+            taken = jnp.any(chosen == point[None], axis=0)
             choice = jnp.where((point != NO_MATCH) & ~taken, point, choice)
-        chosen.append(choice)
+        return chosen.at[column].set(choice)
+
+    # A loop, although it is short: unrolled over 18 columns it compiles for most of a minute.
+    chosen = jnp.full(table.shape[1::-1], NO_MATCH, jnp.int32)
+    chosen = lax.fori_loop(0, table.shape[1], choose, chosen)
     back = jnp.argsort(sequence, axis=1)
-    return jnp.take_along_axis(jnp.stack(chosen, axis=1), back, axis=1)
+    return jnp.take_along_axis(chosen.T, back, axis=1)
 
 
 class _Lanes(NamedTuple):
