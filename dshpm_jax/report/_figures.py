@@ -68,7 +68,7 @@ def figures_png(labelling: Labelling, path: Path | str, frames: Sequence[int] | 
     except ImportError as missing:
         raise ModuleNotFoundError("pictures need matplotlib: pip install 'dshpm-jax[pictures]'") from missing
     panes = _panes(labelling, _frames(labelling, frames))
-    view = _view(labelling.recording.points, panes)
+    view = _view(panes)
     ground = min((float((p.markers[_seen(p)] @ view.vertical).min()) for p in panes if _seen(p).any()), default=0.0)
     picture = Figure(figsize=(WIDTH, WIDTH / 3), dpi=130, facecolor="white")
     axes = picture.add_axes((0, 0, 1, 1))
@@ -106,10 +106,10 @@ def _seen(pane: Pane) -> Bool[np.ndarray, "markers"]:
     return np.isfinite(pane.markers[:, 0])
 
 
-def _view(points: Float[np.ndarray, "frames points 3"], panes: Sequence[Pane]) -> View:
+def _view(panes: Sequence[Pane]) -> View:
     """Looks at the broad side of the shown figures, a little from aside and from above."""
-    vertical = _vertical(points)
     clouds = [pane.markers[_seen(pane)] for pane in panes if _seen(pane).any()]
+    vertical = _vertical(clouds)
     cloud = np.concatenate([c - c.mean(0) for c in clouds]) if clouds else np.zeros((1, 3))
     cloud = cloud - np.outer(cloud @ vertical, vertical)
     wide = np.linalg.svd(cloud)[2][0]
@@ -124,19 +124,13 @@ def _view(points: Float[np.ndarray, "frames points 3"], panes: Sequence[Pane]) -
     return View(right, top, np.cross(right, top), vertical)
 
 
-def _vertical(points: Float[np.ndarray, "frames points 3"]) -> Float[np.ndarray, "3"]:
+def _vertical(clouds: Sequence[Float[np.ndarray, "n 3"]]) -> Float[np.ndarray, "3"]:
     """The axis that points up, which files do not say.
 
-    The ground bounds what moves on it: along the vertical, one bound of the visible points keeps steadiest over time,
-    for its extent. It is the lower one unless the upper one is far steadier.
+    Figures are taller than wide on average, and the axes of rooms that point up have positive coordinates upwards.
     """
-    seen = points[np.isfinite(points[..., 0]).any(axis=-1)]
-    if not len(seen):
-        return np.array([0.0, 0.0, 1.0])
-    bounds = np.nanpercentile(seen, [8, 92], axis=1)  # ghosts lie anywhere
-    unsteady, extent = bounds.std(axis=1), (bounds[1] - bounds[0]).mean(0)
-    axis = int(np.argmax(extent / (unsteady.min(0) + 0.05 * extent.max() + 1.0)))
-    return np.eye(3)[axis] * (-1.0 if unsteady[1, axis] < 0.3 * unsteady[0, axis] else 1.0)
+    extent = np.sum([np.ptp(cloud, axis=0) for cloud in clouds] or [np.array([0.0, 0.0, 1.0])], axis=0)
+    return np.eye(3)[np.argmax(extent)]
 
 
 def _draw_pane(axes, labelling: Labelling, pane: Pane, view: View, ground: float, left: float) -> float:

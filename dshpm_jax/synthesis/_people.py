@@ -44,7 +44,7 @@ SIDE_MARKERS = (  # of the left side, without the letter of the side
     ("ELB", "forearm", (0, 42, 0), 4.0, True, 27),
     ("WRA", "hand", (34, 5, 0), 3.0, True, 27),
     ("WRB", "hand", (-30, 8, 0), 3.0, True, 34),
-    ("FIN", "hand", (8, 18, -86), 2.0, False, 27),
+    ("FIN", "hand", (20, 16, -86), 2.0, False, 27),  # on the second knuckle, as usual
     ("HIP", "thigh", (0, 76, -8), 8.0, True, 27),
     ("THI", "thigh", (26, 78, -215), 17.0, False, 27),
     ("KNE", "shank", (0, 56, 0), 6.0, True, 27),
