@@ -55,7 +55,7 @@ def _capture() -> Capture:
     rng = np.random.default_rng(SEED)
     (activity, frames), (test_activity, test_frames) = MODEL_TAKE, TEST_TAKE
     take = person(MARKERS, activity, frames, RATE, seed=SEED)
-    model = SubjectModel.from_recordings([take.recording], segments=take.segments)
+    model = SubjectModel.from_recordings([take.recording])
     test = person(MARKERS, test_activity, test_frames, RATE, seed=SEED + 1).recording
     spoilt = add_ghosts(open_gaps(test, GAPS, rng), GHOSTS, rng)
     return Capture(model, *scramble(spoilt, rng))
@@ -76,7 +76,7 @@ def _say_what(capture: Capture) -> None:
     (activity, frames), (test_activity, test_frames) = MODEL_TAKE, TEST_TAKE
     model, recording = capture.model, capture.recording
     print(
-        f"model   {model.num_markers} markers in {len(model.segments)} segments, "
+        f"model   {model.num_markers} markers in {len(model.segments)} segments, found and "
         f"learnt from {frames / RATE:.0f} s of {activity} movement\n"
         f"take    {test_frames / RATE:.0f} s of {test_activity} of the same person at {RATE:g} Hz, "
         f"{recording.points.shape[1]} trajectories without names,\n"
