@@ -14,6 +14,7 @@ import numpy as np
 from dshpm_jax._kernels.candidate_table import Hypotheses, Problems
 from dshpm_jax._kernels.life_evidence import life_evidence
 from dshpm_jax._kernels.matching import match_segments
+from dshpm_jax._kernels.pair_statistics import segmentation_matrices
 from dshpm_jax._kernels.poses import fit_poses
 from dshpm_jax._requests import (
     Control,
@@ -35,6 +36,7 @@ FIT_BUCKETS = (64, 1024)
 REQUESTS = 32  # segments in one call, always padded to this many
 MARKER_BUCKETS = (32, 64, 128, 256)
 LIFE_FRAMES = 16  # frames of life costs in one call
+WINDOWS, WINDOW_FRAMES = 8, 11  # pre-segmentation windows in one call, and frames of each
 FAR = 1e6  # mm, where padded points are
 
 
@@ -283,15 +285,21 @@ def _fit_in_buckets(shape, points, weights) -> list[np.ndarray]:
 
 
 def _segment(requests: list[Segmentation]) -> list[np.ndarray]:
-    out = []
-    for r in requests:
-        d = np.linalg.norm(r.window[:, :, None] - r.window[:, None], axis=-1)
-        n = np.isfinite(d).sum(0)
-        low, high = np.nanmin(np.where(np.isfinite(d), d, np.inf), 0), np.max(np.where(np.isfinite(d), d, -np.inf), 0)
-        mean = np.nansum(d, 0) / np.maximum(n, 1)
-        with np.errstate(invalid="ignore"):
-            out.append((n < 3) | ((high < r.max_extent) & ((high - low) <= r.max_ratio * mean)))
-    return out
+    """Segmentation matrices, some windows in a call; frames and points beyond a window's own are absent."""
+    answers = []
+    for first in range(0, len(requests), WINDOWS):
+        batch = requests[first : first + WINDOWS]
+        frames = max(WINDOW_FRAMES, *(len(asked.window) for asked in batch))
+        points = bucket(max(asked.window.shape[1] for asked in batch), POINT_BUCKETS, "points")
+        window = np.full((WINDOWS, frames, points, 3), np.nan, np.float32)
+        limits = np.zeros((2, WINDOWS), np.float32)
+        for k, asked in enumerate(batch):
+            here = asked.window - np.nanmean(asked.window.reshape(-1, 3), axis=0)
+            window[k, : here.shape[0], : here.shape[1]] = here
+            limits[:, k] = asked.max_extent, asked.max_ratio
+        found = np.asarray(segmentation_matrices(window, np.isfinite(window[..., 0]), *limits))
+        answers += [found[k, : asked.window.shape[1], : asked.window.shape[1]] for k, asked in enumerate(batch)]
+    return answers
 
 
 def _cost(requests: list[LifeEvidence]) -> list[np.ndarray]:

@@ -8,6 +8,7 @@ from dshpm_jax._control.methods import label_control
 from dshpm_jax._driver import Driver
 from dshpm_jax._labelling import Labelling
 from dshpm_jax._model import SubjectModel
+from dshpm_jax._pretracking import pretrack
 from dshpm_jax._recording import Recording
 from dshpm_jax._settings import Settings
 from dshpm_jax._trajectories import Trajectories, from_columns
@@ -64,4 +65,4 @@ def _trajectories(recording: Recording, settings: Settings) -> Trajectories:
     points = recording.points
     if settings.method == "static":
         return from_columns(points, recording.rate, np.full(points.shape[:2], -1))
-    return from_columns(points, recording.rate)
+    return pretrack(recording)

@@ -7,7 +7,16 @@ from jaxtyping import Float, Int
 
 from dshpm_jax._control.assignment import assign_labels
 from dshpm_jax._control.dynamic import identify
-from dshpm_jax._control.evidence import gains, mean_evidence, objective, sample_frames
+from dshpm_jax._control.evidence import (
+    FrameEvidence,
+    frame_evidence,
+    gains,
+    labels_in,
+    mean_over_lives,
+    objective,
+    sample_frames,
+)
+from dshpm_jax._control.moves import apply_moves, judge_moves, propose_moves
 from dshpm_jax._control.scene import Known, Scene
 from dshpm_jax._control.segment import match_segment
 from dshpm_jax._requests import Control, Together
@@ -20,6 +29,7 @@ SCHEDULES = ((0.0,), (2.0, 0.0), (6.0, 4.0, 2.0, 0.0))
 HOLD = 0.5
 """Nats that a label must win by to be taken from where it is; without it near ties swap back and forth."""
 
+MOVE_ROUNDS = 6
 RESOLVE_FRAMES = 4
 RESOLVE_ROUNDS = 3
 LOOSE = 2.0
@@ -37,11 +47,13 @@ class State:
         identity: the marker of each trajectory, `NO_MATCH` where unknown.
         evidence: mean evidence of each label for each trajectory, given `identity` (nats).
         worth: total gain; larger is better.
+        frames: the evidence in the sampled frames.
     """
 
     identity: Int[np.ndarray, " trajectories"]
     evidence: Float[np.ndarray, "trajectories markers"]
     worth: float
+    frames: FrameEvidence
 
 
 def full(scene: Scene) -> Control:
@@ -50,9 +62,11 @@ def full(scene: Scene) -> Control:
     fits = sum(part.fits for part in parts)
     frames = sample_frames(scene)
     start = assign_labels(_votes(scene, [p.identity for p in parts]), scene.trajectories.start, scene.trajectories.stop)
-    states = yield Together(tuple(settle(scene, start, frames, schedule) for schedule in SCHEDULES))
+    states = yield Together(tuple(settle(scene, start, frames, schedule=schedule) for schedule in SCHEDULES))
     best = max(states, key=lambda state: state.worth)
+    best = yield from improve(scene, best, frames)
     best = yield from resolve_missing(scene, best, frames)
+    best = yield from improve(scene, best, frames)
     known = Known.nothing(scene)
     known.identity, known.fits = best.identity, fits
     return known
@@ -80,13 +94,21 @@ def _votes(scene: Scene, identities: list[np.ndarray]) -> Float[np.ndarray, "tra
     return votes
 
 
-def settle(scene: Scene, identity: np.ndarray, frames: np.ndarray, schedule: tuple[float, ...] = (0.0,)) -> Control:
+def settle(
+    scene: Scene,
+    identity: np.ndarray,
+    frames: np.ndarray,
+    before: FrameEvidence | None = None,
+    schedule: tuple[float, ...] = (0.0,),
+) -> Control:
     """Judges and assigns in turn until nothing changes; returns the best `State` on the way."""
     best: State | None = None
     for margin in schedule:
         for _ in range(MAX_ROUNDS):
-            evidence = yield from mean_evidence(scene, identity, frames)
-            state = State(identity, evidence, objective(scene, identity, evidence))
+            before = yield from frame_evidence(scene, frames, labels_in(scene, identity, frames), before)
+            evidence = mean_over_lives(scene, frames, before)
+            worth = objective(scene, identity, evidence, frames, before.named)
+            state = State(identity, evidence, worth, before)
             if best is None or state.worth > best.worth:
                 best = state
             following = _assign(scene, state, margin)
@@ -126,6 +148,23 @@ def margins(scene: Scene, identity: np.ndarray, evidence: np.ndarray) -> Float[n
     return margin
 
 
+def improve(scene: Scene, state: State, frames: np.ndarray) -> Control:
+    """Makes moves for as long as they pay."""
+    for _ in range(MOVE_ROUNDS):
+        moves = propose_moves(scene, state.identity, state.evidence)
+        if not moves:
+            return state
+        worth = yield from judge_moves(scene, state.identity, moves, frames, state.frames)
+        changed = apply_moves(state.identity, moves, worth)
+        if (changed == state.identity).all():
+            return state
+        following = yield from settle(scene, changed, frames, state.frames)
+        if following.worth <= state.worth:
+            return state
+        state = following
+    return state
+
+
 def resolve_missing(scene: Scene, state: State, frames: np.ndarray) -> Control:
     """Looks for missing segments again, now that the rest stands, for as long as that is worth it."""
     loose = scene.loosened(LOOSE)
@@ -138,7 +177,7 @@ def resolve_missing(scene: Scene, state: State, frames: np.ndarray) -> Control:
         found = yield Together(tuple(_propose(loose, state, segment, at, joins) for segment, joins in trials))
         proposals = [_merged(scene, state, found)] + [_merged(scene, state, [one]) for one in found]
         proposals = [p for p in _distinct(proposals) if (p != state.identity).any()]
-        states = yield Together(tuple(settle(scene, proposal, frames) for proposal in proposals))
+        states = yield Together(tuple(settle(scene, proposal, frames, state.frames) for proposal in proposals))
         better = max(states, key=lambda s: s.worth, default=state)
         if better.worth <= state.worth:
             return state

@@ -1,16 +1,20 @@
 """What a control knows of the recording, and what it has found so far."""
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from dshpm_jax._control.targets import make_targets
 from dshpm_jax._model import SubjectModel
+from dshpm_jax._model_building import as_arrays
 from dshpm_jax._requests import Control, Segmentation, Target
 from dshpm_jax._settings import Settings
 from dshpm_jax._trajectories import Trajectories
 from dshpm_jax._types import NO_MATCH
+
+PAIR_NOISE = 5.0  # mm, least deviation of a distance between two recordings
 
 
 @dataclass(eq=False)
@@ -40,6 +44,20 @@ class Scene:
             for t in self.targets
         ]
         return Scene(self.trajectories, self.model, self.settings, targets)
+
+    @cached_property
+    def neighbourhoods(self) -> tuple[np.ndarray, ...]:
+        """The model's neighbourhoods as padded arrays."""
+        return as_arrays(self.model.neighbourhoods)
+
+    @cached_property
+    def pairs(self) -> tuple[np.ndarray, ...]:
+        """Pairs of markers with a known distance: the one, the other, mean and standard deviation (mm)."""
+        mean, spread = self.model.pair_mean, self.model.pair_spread
+        one, other = np.nonzero(np.triu(np.isfinite(mean), 1))
+        mean, spread = mean[one, other], spread[one, other]
+        deviation = np.sqrt(spread**2 + (self.settings.tolerance_ratio * mean) ** 2 + PAIR_NOISE**2)
+        return one, other, mean.astype(np.float32), deviation.astype(np.float32)
 
     @property
     def last_frame(self) -> int:

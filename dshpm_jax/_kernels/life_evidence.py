@@ -14,9 +14,10 @@ BACKGROUND = math.log(700.0)  # of mm; a point that is no marker of the model ma
 WORST = -12.0  # nats; beyond, wrong is wrong, so that a few bad frames do not condemn a life
 ROBUST_ROUNDS = 2  # reweighted fits after the first
 ROBUST_SCALE = 2.0  # a neighbour that misses by so many times its softness counts a quarter
+VAGUE = 3.0  # a pose that is so many times softer than the second neighbour turns about a line: distances say more
 MIRROR = math.log(2.0)  # distances alone cannot tell a point from its mirror image
 MIN_DISTANCES = 2  # fewer known neighbours say nothing
-MAX_DISTANCES = 3.0  # a point has three coordinates, however many distances are known
+MAX_DISTANCES = 3  # a point has three coordinates, however many distances are known
 
 
 @jax.jit
@@ -45,16 +46,29 @@ def life_evidence(
     posed = jnp.isfinite(deviation)[:, None, :]
     apart = points[:, :, None, :] - predicted[:, None, :, :]
     axis = jnp.where(posed, deviation[:, None, :] / math.sqrt(3.0), 1.0)  # of one coordinate
-    by_pose = _log_ratio(jnp.sum(apart * apart, axis=-1), axis, 3)
-    evidence = jnp.where(posed, by_pose, _by_distance(points, places, there, shape, own, softness))
+    by_pose = jnp.where(posed, _log_ratio(jnp.sum(apart * apart, axis=-1), axis, 3), WORST)
+    by_distance = _by_distance(points, places, there, shape, own, softness)
+    vague = (deviation > VAGUE * _second_softness(there, softness))[:, None, :]
+    evidence = jnp.where(posed & ~vague, by_pose, jnp.maximum(by_distance, by_pose))
     return jnp.where(seen[:, :, None], jnp.maximum(evidence, WORST), WORST)
+
+
+def _second_softness(there, softness):
+    """Softness of the second most rigid known neighbour (mm)."""
+    second = there & (jnp.cumsum(there, axis=2, dtype=jnp.int32) == 2)
+    return jnp.sum(jnp.where(second, softness, 0.0), axis=2)
 
 
 def _log_ratio(square, deviation, dimensions: int):
     """Log ratio of a t density of `dimensions` to the uniform background, for a squared distance."""
-    peak = math.lgamma((TAIL + dimensions) / 2) - math.lgamma(TAIL / 2) - 0.5 * dimensions * math.log(TAIL * math.pi)
     fall = 0.5 * (TAIL + dimensions) * jnp.log1p(square / (TAIL * deviation * deviation))
-    return peak + dimensions * (BACKGROUND - jnp.log(deviation)) - fall
+    return _log_peak(deviation, dimensions) - fall
+
+
+def _log_peak(deviation, dimensions: int):
+    """`_log_ratio` at distance zero."""
+    peak = math.lgamma((TAIL + dimensions) / 2) - math.lgamma(TAIL / 2) - 0.5 * dimensions * math.log(TAIL * math.pi)
+    return peak + dimensions * (BACKGROUND - jnp.log(deviation))
 
 
 def _predict(places, there, shape, own, softness, spread):
@@ -97,13 +111,21 @@ def _deviation(model, own, base, weight, spread):
 
 
 def _by_distance(points, places, there, shape, own, softness):
-    """Evidence from the distances to the known neighbours, together worth three of them at the most."""
+    """Evidence from the distances to the three most rigid of the known neighbours."""
     expected = jnp.sqrt(jnp.sum((shape - own[:, None]) ** 2, axis=-1))
-    total = jnp.zeros((*points.shape[:2], there.shape[1]), points.dtype)
-    for k in range(there.shape[2]):
-        apart = points[:, :, None, :] - places[:, None, :, k, :]
-        error = jnp.sqrt(jnp.sum(apart * apart, axis=-1)) - expected[:, k]
-        total += jnp.where(there[:, None, :, k], _log_ratio(error * error, softness[:, k], 1), 0.0)
-    count = jnp.sum(there, axis=2, dtype=points.dtype)[:, None, :]
-    evidence = total / jnp.maximum(count, 1.0) * jnp.minimum(count, MAX_DISTANCES) - MIRROR
-    return jnp.where(count >= MIN_DISTANCES, evidence, WORST)
+    order = jnp.where(there, jnp.cumsum(there, axis=2, dtype=jnp.int32), 0)  # neighbours are sorted by softness
+    peak = jnp.full(there.shape[:2], -MIRROR, points.dtype)
+    spread = jnp.ones((*points.shape[:2], there.shape[1]), points.dtype)
+    for rank in range(1, MAX_DISTANCES + 1):
+        chosen = order == rank
+        known = jnp.any(chosen, axis=2)
+        place = jnp.sum(jnp.where(chosen[..., None], places, 0.0), axis=2)
+        distance = jnp.sum(jnp.where(chosen, expected, 0.0), axis=2)
+        soft = jnp.where(known, jnp.sum(jnp.where(chosen, softness, 0.0), axis=2), 1.0)
+        apart = points[:, :, None, :] - place[:, None, :, :]
+        error = (jnp.sqrt(jnp.sum(apart * apart, axis=-1)) - distance[:, None, :]) / soft[:, None, :]
+        # One logarithm of the product for all distances: logarithms are what this kernel spends its time on.
+        spread *= jnp.where(known[:, None, :], 1.0 + error * error / TAIL, 1.0)
+        peak += jnp.where(known, _log_peak(soft, 1), 0.0)
+    evidence = peak[:, None, :] - 0.5 * (TAIL + 1) * jnp.log(spread)
+    return jnp.where((order.max(2) >= MIN_DISTANCES)[:, None, :], evidence, WORST)

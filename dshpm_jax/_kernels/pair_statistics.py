@@ -77,6 +77,7 @@ def segmentation_matrix(
     return others & (few | (near & steady))
 
 
+@jax.jit
 def segmentation_matrices(
     windows: Float[Array, "windows window_frames points 3"],
     present: Bool[Array, "windows window_frames points"],

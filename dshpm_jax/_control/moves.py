@@ -1,0 +1,198 @@
+"""Moves that single assignments cannot make: two labels exchanged, or a label taken from whoever holds it.
+
+A pair of neighbours that carry each other's labels predicts itself: each alone would only get worse. So whole moves
+are tried, each judged in the frames that it touches, by the evidence that it makes itself.
+"""
+
+from dataclasses import dataclass
+from itertools import permutations
+
+import numpy as np
+
+from dshpm_jax._control.evidence import ACCEPT, FrameEvidence, frame_evidence, labels_in, posture
+from dshpm_jax._control.scene import Scene
+from dshpm_jax._requests import Control
+from dshpm_jax._types import NO_MATCH
+
+EXCHANGE_REACH = 8.0
+"""Nats that two trajectories may lose together, by today's evidence, if they exchange labels, for it to be tried."""
+
+TAKE_FLOOR = -8.0
+"""Evidence from which on an unlabelled trajectory tries to take a label."""
+
+SYMMETRY, MAX_SYMMETRIC = 2.0, 6
+"""A segment of at most so many markers is turned onto itself where its distances allow it within so many tolerances."""
+
+TRIES = 3  # labels that an unlabelled trajectory tries
+MOVE_FRAMES = 6  # frames in which a move is judged
+MAX_MOVES = 100  # moves tried at once, the most promising first
+
+
+@dataclass(frozen=True, eq=False)
+class Move:
+    """New labels for some trajectories; `promise` orders the trying (nats, by today's evidence)."""
+
+    trajectories: np.ndarray
+    labels: np.ndarray
+    promise: float
+
+
+def propose_moves(scene: Scene, identity: np.ndarray, evidence: np.ndarray) -> list[Move]:
+    """Exchanges and takes that might pay, the most promising first."""
+    moves = [
+        *_exchanges(scene, identity, evidence),
+        *_takes(scene, identity, evidence),
+        *_permutations(scene, identity, evidence),
+    ]
+    moves.sort(key=lambda move: (-move.promise, move.trajectories.tolist(), move.labels.tolist()))
+    return moves[:MAX_MOVES]
+
+
+def _overlap(scene: Scene) -> np.ndarray:
+    t = scene.trajectories
+    overlap = (t.start[:, None] < t.stop[None]) & (t.start[None] < t.stop[:, None])
+    np.fill_diagonal(overlap, False)
+    return overlap
+
+
+def _exchanges(scene: Scene, identity: np.ndarray, evidence: np.ndarray) -> list[Move]:
+    """Labels a and b exchanged among all trajectories that carry one of them and hang together in time.
+
+    Exchanging less would leave two trajectories with one label in some frame.
+    """
+    overlap = _overlap(scene)
+    named = np.flatnonzero(identity != NO_MATCH)
+    label = identity[named]
+    own = evidence[named, label]
+    cross = evidence[named][:, label]
+    loss = own[:, None] + own[None] - cross - cross.T
+    near = overlap[np.ix_(named, named)] & (loss < EXCHANGE_REACH)
+    moves: dict[tuple, Move] = {}
+    for i, k in zip(*np.nonzero(np.triu(near))):
+        a, b = sorted((int(label[i]), int(label[k])))
+        chain = _chain(overlap, identity, a, b, int(named[i]))
+        key = (a, b, chain[0])
+        if key not in moves or moves[key].promise < -loss[i, k]:
+            moves[key] = Move(chain, np.where(identity[chain] == a, b, a), float(-loss[i, k]))
+    return list(moves.values())
+
+
+def _chain(overlap: np.ndarray, identity: np.ndarray, a: int, b: int, start: int) -> np.ndarray:
+    """Trajectories labelled a or b that hang together with `start` through overlaps in time, ascending."""
+    either = np.flatnonzero((identity == a) | (identity == b))
+    reached = np.zeros(len(identity), bool)
+    waiting = [start]
+    reached[start] = True
+    while waiting:
+        here = waiting.pop()
+        for other in either[overlap[here, either] & ~reached[either]]:
+            reached[other] = True
+            waiting.append(int(other))
+    return np.flatnonzero(reached)
+
+
+def _permutations(scene: Scene, identity: np.ndarray, evidence: np.ndarray) -> list[Move]:
+    """A segment turned onto itself: a nearly rectangular plate fits four ways, and pairwise exchanges pass through
+    worse ones."""
+    moves = []
+    for target in scene.targets:
+        own = np.flatnonzero(np.isin(identity, target.markers))
+        if not len(own):
+            continue
+        for permutation in _symmetries(target.distance, target.tolerance):
+            to = dict(zip(target.markers.tolist(), target.markers[list(permutation)].tolist()))
+            labels = np.array([to[int(label)] for label in identity[own]])
+            loss = evidence[own, identity[own]] - evidence[own, labels]
+            moves.append(Move(own, labels, -float(loss.mean())))
+    return moves
+
+
+def _symmetries(distance: np.ndarray, tolerance: np.ndarray) -> list[tuple[int, ...]]:
+    """Permutations of three markers and more under which all distances stay within `SYMMETRY` tolerances."""
+    size = len(distance)
+    if not 3 <= size <= MAX_SYMMETRIC:
+        return []
+    found = []
+    for permutation in permutations(range(size)):
+        moved = sum(k != p for k, p in enumerate(permutation))
+        index = list(permutation)
+        if moved >= 3 and (np.abs(distance[np.ix_(index, index)] - distance) <= SYMMETRY * tolerance).all():
+            found.append(permutation)
+    return found
+
+
+def _takes(scene: Scene, identity: np.ndarray, evidence: np.ndarray) -> list[Move]:
+    """An unlabelled trajectory takes a label; who held it goes without, or to the best label that is free for it."""
+    overlap = _overlap(scene)
+    moves = []
+    for j in np.flatnonzero((identity == NO_MATCH) & (evidence.max(1) > TAKE_FLOOR)):
+        for label in np.argsort(-evidence[j], kind="stable")[:TRIES]:
+            if evidence[j, label] <= TAKE_FLOOR:
+                break
+            holders = np.flatnonzero((identity == label) & overlap[j])
+            chosen = np.append(holders, j)
+            promise = float(evidence[j, label] - evidence[holders, label].sum())
+            moves.append(Move(chosen, np.append(np.full(len(holders), NO_MATCH), label), promise))
+            if len(holders):
+                free = [_best_free(overlap, identity, evidence, h, int(label)) for h in holders]
+                moves.append(Move(chosen, np.array([*free, label]), promise))
+    return moves
+
+
+def _best_free(overlap: np.ndarray, identity: np.ndarray, evidence: np.ndarray, trajectory: int, but: int) -> int:
+    taken = identity[overlap[trajectory] & (identity != NO_MATCH)]
+    scores = evidence[trajectory].copy()
+    scores[taken] = -np.inf
+    scores[but] = -np.inf
+    best = int(np.argmax(scores))
+    return best if scores[best] > TAKE_FLOOR else NO_MATCH
+
+
+def judge_moves(
+    scene: Scene, identity: np.ndarray, moves: list[Move], frames: np.ndarray, before: FrameEvidence
+) -> Control:
+    """What each move is worth (nat frames), judged in up to `MOVE_FRAMES` sampled frames of the lives it touches."""
+    t = scene.trajectories
+    rows, sizes, lives, named = [], [], [], []
+    for move in moves:
+        changed = identity.copy()
+        changed[move.trajectories] = move.labels
+        alive = np.zeros(t.num_frames, bool)
+        for j in move.trajectories:
+            alive[t.start[j] : t.stop[j]] = True
+        touched = np.flatnonzero(alive[frames])
+        picked = touched[np.linspace(0, len(touched) - 1, min(MOVE_FRAMES, len(touched))).round().astype(int)]
+        rows.append(picked)
+        sizes.append(len(picked))
+        lives.append(int(alive.sum()))
+        named.append(labels_in(scene, changed, frames[picked]))
+    row = np.concatenate(rows)
+    after = yield from frame_evidence(scene, frames[row], np.concatenate(named))
+    difference = _worth(after.named, after.evidence) - _worth(before.named[row], before.evidence[row])
+    difference += posture(scene, frames[row], after.named) - posture(scene, frames, before.named)[row]
+    first = np.concatenate([[0], np.cumsum(sizes)[:-1]])
+    return np.add.reduceat(difference, first) / sizes * lives
+
+
+def _worth(named: np.ndarray, evidence: np.ndarray) -> np.ndarray:
+    """Total evidence beyond `ACCEPT` of the labels given in each frame."""
+    own = np.take_along_axis(evidence, np.maximum(named, 0)[:, :, None], axis=2)[:, :, 0].astype(float)
+    return np.where(named != NO_MATCH, own - ACCEPT, 0.0).sum(1)
+
+
+def apply_moves(identity: np.ndarray, moves: list[Move], gains: np.ndarray) -> np.ndarray:
+    """The moves that pay, the best first, each trajectory and each label moved once."""
+    changed = identity.copy()
+    used = np.zeros(len(identity), bool)
+    labels: set[int] = set()
+    for k in np.argsort(-gains, kind="stable"):
+        move = moves[k]
+        touched = {int(x) for x in (*move.labels, *identity[move.trajectories]) if x != NO_MATCH}
+        if gains[k] <= 0:
+            break
+        if used[move.trajectories].any() or touched & labels:
+            continue
+        changed[move.trajectories] = move.labels
+        used[move.trajectories] = True
+        labels |= touched
+    return changed
