@@ -1,7 +1,52 @@
 """Labels unlabelled optical motion capture against an articulated marker model, without training."""
 
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 from dshpm_jax._hierarchy import Segment as Segment
 from dshpm_jax._labelling import Labelling as Labelling
 from dshpm_jax._labelling import Reason as Reason
 from dshpm_jax._model import SubjectModel as SubjectModel
 from dshpm_jax._recording import Recording as Recording
+from dshpm_jax._settings import Settings as Settings
+from dshpm_jax.io import read as read
+from dshpm_jax.io import read_model as read_model
+from dshpm_jax.io import write_c3d as write_c3d
+from dshpm_jax.io import write_labelled as write_labelled
+from dshpm_jax.io import write_model as write_model
+from dshpm_jax.io import write_sidecar as write_sidecar
+
+if TYPE_CHECKING:
+    from dshpm_jax._driver import Driver as Driver
+    from dshpm_jax._label import label as label
+    from dshpm_jax._label import label_many as label_many
+    from dshpm_jax._scoring import AbstractCandidateScore as AbstractCandidateScore
+    from dshpm_jax._scoring import AbstractMatchScore as AbstractMatchScore
+    from dshpm_jax._scoring import MaxResidual as MaxResidual
+    from dshpm_jax._scoring import MeanResidual as MeanResidual
+    from dshpm_jax._scoring import RmsResidual as RmsResidual
+    from dshpm_jax._scoring import ToleranceScore as ToleranceScore
+
+# Importing jax takes a second, which reading files, models and `--help` need not wait for.
+_NEEDS_JAX = {
+    "Driver": "_driver",
+    "label": "_label",
+    "label_many": "_label",
+    "AbstractCandidateScore": "_scoring",
+    "AbstractMatchScore": "_scoring",
+    "MaxResidual": "_scoring",
+    "MeanResidual": "_scoring",
+    "RmsResidual": "_scoring",
+    "ToleranceScore": "_scoring",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Names that need jax, imported when they are first asked for."""
+    if name not in _NEEDS_JAX:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_NEEDS_JAX[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_NEEDS_JAX})
