@@ -36,10 +36,7 @@ LARGE = {
     "large segment": dict(markers=16, points=60, missing=0.2),
     "large segment with joins": dict(markers=17, points=60, pins=4, virtual=True, rivals=3),
 }
-CROWDED = {
-    "128 points": dict(markers=6, points=100, rivals=3),
-    "256 points": dict(markers=4, points=240, rivals=3),
-}
+CROWDED = dict(markers=6, points=100, rivals=3)
 
 
 def match(requests, score=None):
@@ -98,22 +95,16 @@ def check_batches(cases, seeds, score=MeanResidual):
 
 
 def test_a_batch_of_all_kinds():
-    assert check_batches(CASES.values(), range(3)) > 500
-
-
-@pytest.mark.parametrize("score", [RmsResidual, MaxResidual])
-def test_with_the_other_scores(score):
-    check_batches(CASES.values(), [10], score)
+    assert check_batches(CASES.values(), range(2)) > 300
 
 
 def test_large_segments():
-    assert check_batches(LARGE.values(), [20, 21]) > 50
+    """With another score, as a larger bucket is another program anyway."""
+    assert check_batches(LARGE.values(), [20], RmsResidual) > 25
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", CROWDED)
-def test_crowded_frames(name):
-    assert check_batches([CROWDED[name]], [30, 31]) > 30
+def test_crowded_frames():
+    assert check_batches([CROWDED], [30, 31], MaxResidual) > 30
 
 
 def test_what_is_compared_holds_every_kind_of_outcome():
