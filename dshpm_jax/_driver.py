@@ -34,7 +34,8 @@ COLUMN_BUCKETS = (8, 18)
 HYPOTHESIS_BUCKETS = (128, 1024, 4096)
 FIT_BUCKETS = (64, 1024)
 REQUESTS = 32  # segments in one call, always padded to this many
-MARKER_BUCKETS = (32, 64, 128, 256)
+MARKER_BUCKETS = (32, 48, 56, 64, 96, 128, 256)
+SLOT_BUCKETS = (32, 64, 96, *POINT_BUCKETS[1:])  # life evidence takes time for every slot, so these are finer
 LIFE_FRAMES = 16  # frames of life costs in one call
 WINDOWS, WINDOW_FRAMES = 8, 11  # pre-segmentation windows in one call, and frames of each
 FAR = 1e6  # mm, where padded points are
@@ -310,7 +311,7 @@ def _cost(requests: list[LifeEvidence]) -> list[np.ndarray]:
 def _cost_one(asked: LifeEvidence) -> np.ndarray:
     frames, points, _ = asked.points.shape
     markers = asked.identified.shape[1]
-    wide = bucket(points, POINT_BUCKETS, "points")
+    wide = bucket(points, SLOT_BUCKETS, "points")
     tall = bucket(markers, MARKER_BUCKETS, "markers")
     centre = np.nan_to_num(np.nanmean(asked.points.reshape(frames, -1, 3), axis=1))[:, None]
     table = [

@@ -16,12 +16,12 @@ from dshpm_jax._types import NO_MATCH
 class Reason(StrEnum):
     """Why a trajectory has its label or none."""
 
-    MATCHED = "matched with its segment at a key-frame"
+    MATCHED = "matched with its segment"
     RECRUITED = "recruited near the place that its segment predicts"
-    OUTSIDE = "matches no marker of the model"
-    ABANDONED = "its segment was not found in any key-frame"
-    UNCONFIRMED = "part of a segment of under three markers that no child confirmed"
-    AMBIGUOUS = "two labellings explain it equally well"
+    OUTSIDE = "lies where no marker is expected"
+    TAKEN = "another trajectory fits its label better"
+    AMBIGUOUS = "two labels fit it almost equally well"
+    ABANDONED = "not part of any segment that was found; some were not"
 
 
 @dataclass(frozen=True, eq=False)

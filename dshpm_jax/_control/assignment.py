@@ -69,3 +69,23 @@ def _overlaps(members: np.ndarray, start: np.ndarray, stop: np.ndarray) -> list[
                 groups.pop()
             groups.append(members[alive])
     return groups
+
+
+def margins(
+    identity: Int[np.ndarray, " trajectories"],
+    evidence: Float[np.ndarray, "trajectories markers"],
+    start: Int[np.ndarray, " trajectories"],
+    stop: Int[np.ndarray, " trajectories"],
+) -> Float[np.ndarray, " trajectories"]:
+    """By how many nats each label given beats its best rival; infinite where there is no label."""
+    margin = np.full(len(identity), np.inf)
+    named = np.flatnonzero(identity != NO_MATCH)
+    rows = np.arange(len(named))
+    own = evidence[named, identity[named]]
+    others = evidence[named].copy()
+    others[rows, identity[named]] = -np.inf
+    overlap = (start[named, None] < stop[None]) & (start[None] < stop[named, None])
+    overlap[rows, named] = False
+    rivals = np.where(overlap, evidence[:, identity[named]].T, -np.inf)
+    margin[named] = own - np.maximum(others.max(1), rivals.max(1))
+    return margin

@@ -106,7 +106,7 @@ def accept(scene: Scene, known: Known, match: SegmentMatch) -> None:
     for marker, trajectory in zip(scene.targets[match.segment].markers, match.holder):
         if trajectory != NO_MATCH:
             known.identity[known.clashes(scene, trajectory, marker)] = NO_MATCH
-            known.identity[trajectory] = marker
+            known.identity[trajectory], known.recruited[trajectory] = marker, False
     known.found[match.segment] = True
 
 
@@ -118,7 +118,7 @@ def recruit_incomplete(scene: Scene, known: Known, frame: int) -> Control:
         grown = yield from _grow(scene, known, int(segment), frame, holder)
         for marker, trajectory in zip(target.markers, grown):
             if trajectory != NO_MATCH and not known.clashes(scene, trajectory, marker).any():
-                known.identity[trajectory] = marker
+                known.recruit(trajectory, marker)
 
 
 def _grow(scene: Scene, known: Known, segment: int, frame: int, holder: np.ndarray) -> Control:

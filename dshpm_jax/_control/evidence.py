@@ -17,19 +17,24 @@ ACCEPT = 2.0
 than evenly spread ones would."""
 
 
+POSTURE_PAIRS = 4.0
+POSTURE_RANGE = 700.0
+"""Of so many millimetres a distance would be anything if the labels meant nothing."""
+
+
 def sample_frames(scene: Scene) -> Int[np.ndarray, " frames"]:
-    """Evenly spaced frames, and the middle of every trajectory that would fall between them."""
+    """Evenly spaced frames, and as few more as it takes to see every trajectory at least once."""
     t = scene.trajectories
     step = max(1, round(SAMPLE_SECONDS * t.rate), -(-t.num_frames // MAX_SAMPLES))
     even = np.arange(step // 2 if t.num_frames > step else 0, t.num_frames, step)
     first = np.searchsorted(even, t.start)
-    missed = (first >= len(even)) | (even[np.minimum(first, len(even) - 1)] >= t.stop)
-    return np.union1d(even, (t.start[missed] + t.stop[missed] - 1) // 2)
-
-
-POSTURE_PAIRS = 4.0
-POSTURE_RANGE = 700.0
-"""Of so many millimetres a distance would be anything if the labels meant nothing."""
+    missed = np.flatnonzero((first >= len(even)) | (even[np.minimum(first, len(even) - 1)] >= t.stop))
+    more, last = [], -1
+    for j in missed[np.argsort(t.stop[missed], kind="stable")]:  # by their ends: each frame stabs as many as it can
+        if t.start[j] > last:
+            last = int(t.stop[j]) - 1
+            more.append(last)
+    return np.union1d(even, np.array(more, dtype=even.dtype))
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +59,7 @@ def labels_in(scene: Scene, identity: np.ndarray, frames: np.ndarray) -> Int[np.
 def frame_evidence(
     scene: Scene, frames: np.ndarray, named: Int[np.ndarray, "frames slots"], before: FrameEvidence | None = None
 ) -> Control:
-    """Evidence in `frames` given the labels `named` in them; rows that are as they were `before` are not judged anew."""
+    """Evidence in `frames` given the labels `named` in them; rows that are as `before` are not judged anew."""
     t = scene.trajectories
     changed = np.arange(len(frames)) if before is None else np.flatnonzero((named != before.named).any(1))
     markers = scene.model.num_markers

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from dshpm_jax._control.assignment import assign_labels
+from dshpm_jax._control.assignment import assign_labels, margins
 from dshpm_jax._control.dynamic import identify
 from dshpm_jax._control.evidence import (
     FrameEvidence,
@@ -57,19 +57,18 @@ class State:
 
 
 def full(scene: Scene) -> Control:
-    """Labels a recording; returns `Known` and the final `State`."""
+    """Labels a recording; returns the final `State` and the rigid fits that the key-frames took."""
     parts = yield Together(tuple(identify(scene, frame) for frame in key_frames(scene)))
     fits = sum(part.fits for part in parts)
     frames = sample_frames(scene)
     start = assign_labels(_votes(scene, [p.identity for p in parts]), scene.trajectories.start, scene.trajectories.stop)
-    states = yield Together(tuple(settle(scene, start, frames, schedule=schedule) for schedule in SCHEDULES))
+    first = yield from frame_evidence(scene, frames, labels_in(scene, start, frames))
+    states = yield Together(tuple(settle(scene, start, frames, first, schedule) for schedule in SCHEDULES))
     best = max(states, key=lambda state: state.worth)
     best = yield from improve(scene, best, frames)
     best = yield from resolve_missing(scene, best, frames)
     best = yield from improve(scene, best, frames)
-    known = Known.nothing(scene)
-    known.identity, known.fits = best.identity, fits
-    return known
+    return best, fits
 
 
 def key_frames(scene: Scene) -> list[int]:
@@ -102,13 +101,13 @@ def settle(
     schedule: tuple[float, ...] = (0.0,),
 ) -> Control:
     """Judges and assigns in turn until nothing changes; returns the best `State` on the way."""
-    best: State | None = None
+    best = None
     for margin in schedule:
         for _ in range(MAX_ROUNDS):
-            before = yield from frame_evidence(scene, frames, labels_in(scene, identity, frames), before)
-            evidence = mean_over_lives(scene, frames, before)
-            worth = objective(scene, identity, evidence, frames, before.named)
-            state = State(identity, evidence, worth, before)
+            found: FrameEvidence = yield from frame_evidence(scene, frames, labels_in(scene, identity, frames), before)
+            evidence = mean_over_lives(scene, frames, found)
+            worth = objective(scene, identity, evidence, frames, found.named)
+            state, before = State(identity, evidence, worth, found), found
             if best is None or state.worth > best.worth:
                 best = state
             following = _assign(scene, state, margin)
@@ -128,24 +127,8 @@ def _assign(scene: Scene, state: State, margin: float) -> Int[np.ndarray, " traj
     identity = assign_labels(gains(scene, held), t.start, t.stop)
     if margin > 0:
         named = np.flatnonzero(identity != NO_MATCH)
-        identity[named[margins(scene, identity, state.evidence)[named] < margin]] = NO_MATCH
+        identity[named[margins(identity, state.evidence, t.start, t.stop)[named] < margin]] = NO_MATCH
     return identity
-
-
-def margins(scene: Scene, identity: np.ndarray, evidence: np.ndarray) -> Float[np.ndarray, " trajectories"]:
-    """By how many nats each label given beats its best rival; infinite where there is no label."""
-    t = scene.trajectories
-    margin = np.full(len(t), np.inf)
-    named = np.flatnonzero(identity != NO_MATCH)
-    rows = np.arange(len(named))
-    own = evidence[named, identity[named]]
-    others = evidence[named].copy()
-    others[rows, identity[named]] = -np.inf
-    overlap = (t.start[named, None] < t.stop[None]) & (t.start[None] < t.stop[named, None])
-    overlap[rows, named] = False
-    rivals = np.where(overlap, evidence[:, identity[named]].T, -np.inf)
-    margin[named] = own - np.maximum(others.max(1), rivals.max(1))
-    return margin
 
 
 def improve(scene: Scene, state: State, frames: np.ndarray) -> Control:
@@ -195,12 +178,13 @@ def _lacking(scene: Scene, identity: np.ndarray) -> list[int]:
 
 def _propose(scene: Scene, state: State, segment: int, frames: list[int], use_joins: bool) -> Control:
     """Matches of one segment in several frames, as votes for labels."""
-    found = np.ones(len(scene.targets), bool)
     identity = state.identity
     if not use_joins:  # what is there of the segment alone may be what is wrong
         identity = np.where(np.isin(identity, scene.targets[segment].markers), NO_MATCH, identity)
     matches = yield Together(
-        tuple(match_segment(scene, Known(identity.copy(), found), segment, frame, use_joins) for frame in frames)
+        tuple(
+            match_segment(scene, Known.of(scene, identity, found=True), segment, frame, use_joins) for frame in frames
+        )
     )
     votes = np.zeros((len(scene.trajectories), scene.model.num_markers))
     for match in matches:

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from dshpm_jax._control.decision import decide
 from dshpm_jax._control.dynamic import identify, key_frame
 from dshpm_jax._control.full import full
 from dshpm_jax._control.propagation import propagate
@@ -22,9 +23,13 @@ Answer = tuple[np.ndarray, np.ndarray, tuple[Reason, ...], dict[str, Any]]
 def label_control(trajectories: Trajectories, model: SubjectModel, settings: Settings) -> Control:
     """The control for one recording; returns an `Answer`."""
     scene = Scene(trajectories, model, settings)
-    methods = {"paper": _dynamic, "static": _static, "full": full}
-    known = yield from methods[settings.method](scene)
-    return _answer(scene, known)
+    return (yield from {"paper": _dynamic, "static": _static, "full": _full}[settings.method](scene))
+
+
+def _full(scene: Scene) -> Control:
+    state, fits = yield from full(scene)
+    identity, confidence, reason = decide(scene, state)
+    return identity, confidence, reason, {"svd_count": fits}
 
 
 def _dynamic(scene: Scene) -> Control:
@@ -32,7 +37,7 @@ def _dynamic(scene: Scene) -> Control:
     frame = key_frame(scene)
     known = yield from identify(scene, frame)
     yield from propagate(scene, known, frame)
-    return known
+    return _answer(known)
 
 
 def _static(scene: Scene) -> Control:
@@ -40,10 +45,10 @@ def _static(scene: Scene) -> Control:
     parts = yield Together(tuple(_single_frame(scene, frame) for frame in range(scene.trajectories.num_frames)))
     known = Known.nothing(scene)
     for here, part in parts:
-        known.identity[here] = part.identity
+        known.identity[here], known.recruited[here] = part.identity, part.recruited
         known.found |= part.found
         known.fits += part.fits
-    return known
+    return _answer(known)
 
 
 def _single_frame(scene: Scene, frame: int) -> Control:
@@ -52,7 +57,10 @@ def _single_frame(scene: Scene, frame: int) -> Control:
     return here[alone.column[0, alone.slot]], known
 
 
-def _answer(scene: Scene, known: Known) -> Answer:
+def _answer(known: Known) -> Answer:
+    """The paper accepts or abandons; it has no degrees of confidence."""
     named = known.identity != NO_MATCH
-    reason = tuple(Reason.MATCHED if n else Reason.OUTSIDE for n in named)
+    lost = Reason.OUTSIDE if known.found.all() else Reason.ABANDONED
+    given = [Reason.RECRUITED if recruited else Reason.MATCHED for recruited in known.recruited]
+    reason = tuple(g if n else lost for g, n in zip(given, named))
     return known.identity, named.astype(float), reason, {"svd_count": known.fits}

@@ -134,7 +134,7 @@ def _takes(scene: Scene, identity: np.ndarray, evidence: np.ndarray) -> list[Mov
             promise = float(evidence[j, label] - evidence[holders, label].sum())
             moves.append(Move(chosen, np.append(np.full(len(holders), NO_MATCH), label), promise))
             if len(holders):
-                free = [_best_free(overlap, identity, evidence, h, int(label)) for h in holders]
+                free = [_best_free(overlap, identity, evidence, int(h), int(label)) for h in holders]
                 moves.append(Move(chosen, np.array([*free, label]), promise))
     return moves
 

@@ -69,7 +69,7 @@ def _take_nearest(scene: Scene, known: Known, trajectories, points, wanted) -> N
     for row, column in assign_within(near, np.array([wanted[m][0] for m in markers])):
         trajectory = int(trajectories[column])
         if not known.clashes(scene, trajectory, markers[row]).any():
-            known.identity[trajectory] = markers[row]
+            known.recruit(trajectory, markers[row])
 
 
 def _look_again(scene: Scene, known: Known, frame: int) -> Control:

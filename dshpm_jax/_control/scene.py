@@ -102,25 +102,34 @@ class Known:
     Attributes:
         identity: the marker of each trajectory, `NO_MATCH` where unknown.
         found: which segments are identified.
+        recruited: which trajectories got their identity from a predicted place, not from a match.
         fits: rigid fits asked for so far (section 5.2.3).
     """
 
     identity: Int[np.ndarray, " trajectories"]
     found: Bool[np.ndarray, " segments"]
+    recruited: Bool[np.ndarray, " trajectories"]
     fits: int = 0
 
     @classmethod
     def nothing(cls, scene: Scene) -> "Known":
-        return cls(
-            np.full(len(scene.trajectories), NO_MATCH, dtype=np.int32), np.zeros(len(scene.model.segments), dtype=bool)
-        )
+        return cls.of(scene, np.full(len(scene.trajectories), NO_MATCH, dtype=np.int32))
+
+    @classmethod
+    def of(cls, scene: Scene, identity: Int[np.ndarray, " trajectories"], found: bool = False) -> "Known":
+        """These identities, with all segments or none of them taken for identified."""
+        return cls(identity.copy(), np.full(len(scene.model.segments), found), np.zeros(len(identity), bool))
 
     def copy(self) -> "Known":
-        return Known(self.identity.copy(), self.found.copy(), self.fits)
+        return Known(self.identity.copy(), self.found.copy(), self.recruited.copy(), self.fits)
 
     def restore(self, earlier: "Known") -> None:
         """Back to `earlier`, but for the fits, which were spent."""
-        self.identity[:], self.found[:] = earlier.identity, earlier.found
+        self.identity[:], self.found[:], self.recruited[:] = earlier.identity, earlier.found, earlier.recruited
+
+    def recruit(self, trajectory: int, marker: int) -> None:
+        """Gives a trajectory the identity of the marker near whose predicted place it is."""
+        self.identity[trajectory], self.recruited[trajectory] = marker, True
 
     def holders(self, scene: Scene, markers: Int[np.ndarray, " markers"], frame: int) -> Int[np.ndarray, " markers"]:
         """The trajectory that carries each of `markers` in `frame`, or `NO_MATCH`."""
