@@ -26,12 +26,20 @@ from dshpm_jax._requests import (
     SegmentMatches,
     Together,
 )
-from dshpm_jax._scoring import AbstractCandidateScore, AbstractMatchScore, MeanResidual, ToleranceScore
+from dshpm_jax._scoring import (
+    AbstractCandidateScore,
+    AbstractMatchScore,
+    MeanResidual,
+    ToleranceScore,
+    check_candidate_score,
+    check_match_score,
+)
 from dshpm_jax._types import NO_MATCH
 
 POINT_BUCKETS = (64, 128, 256, 512, 1024)
 COLUMN_BUCKETS = (8, 18)
-HYPOTHESIS_BUCKETS = (128, 1024, 4096)
+HYPOTHESIS_BUCKETS = (128, 1024, 4096, 32768)
+FULL_BATCH = 4096  # hypotheses in one call, unless a single request has more
 FIT_BUCKETS = (64, 1024)
 REQUESTS = 32  # segments in one call, always padded to this many
 MARKER_BUCKETS = (32, 48, 56, 64, 96, 128, 256)
@@ -55,6 +63,7 @@ class Driver:
     Arguments:
         candidate_score: how badly a candidate fits its column (Eq. 3).
         match_score: how badly a match fits its segment (Eq. 4).
+            Both are tried on plausible numbers first; a `ValueError` names one that answers with NaN.
         in_flight: controls that run at the same time; more make fuller batches and take more memory.
     """
 
@@ -64,6 +73,10 @@ class Driver:
         match_score: AbstractMatchScore | None = None,
         in_flight: int = 64,
     ):
+        if candidate_score is not None:
+            check_candidate_score(candidate_score)
+        if match_score is not None:
+            check_match_score(match_score)
         self._candidate_score = ToleranceScore() if candidate_score is None else candidate_score
         self._match_score = MeanResidual() if match_score is None else match_score
         self._in_flight = in_flight
@@ -104,14 +117,14 @@ class Driver:
 
     def _match(self, requests: list[MatchSegment]) -> list[SegmentMatches]:
         answers: list[SegmentMatches] = []
-        for batch in _batches(requests, lambda r: len(r.pivot), HYPOTHESIS_BUCKETS[-1]):
+        for batch in _batches(requests, lambda r: len(r.pivot), FULL_BATCH):
             answers += self._match_batch(batch)
         return answers
 
     def _match_batch(self, requests: list[MatchSegment]) -> list[SegmentMatches]:
         problems, hypotheses = _pad(requests)
         found = match_segments(problems, hypotheses, self._candidate_score, self._match_score)
-        count = int(found.count)
+        count = int(found.num_tables)
         rows = [np.asarray(field) for field in found[:6]]
         request = hypotheses.request[rows[0][:count]]
         ends = np.searchsorted(request, np.arange(len(requests) + 1))
@@ -295,7 +308,7 @@ def _segment(requests: list[Segmentation]) -> list[np.ndarray]:
         window = np.full((WINDOWS, frames, points, 3), np.nan, np.float32)
         limits = np.zeros((2, WINDOWS), np.float32)
         for k, asked in enumerate(batch):
-            here = asked.window - np.nanmean(asked.window.reshape(-1, 3), axis=0)
+            here = asked.window - np.nanmean(asked.window, axis=(0, 1))
             window[k, : here.shape[0], : here.shape[1]] = here
             limits[:, k] = asked.max_extent, asked.max_ratio
         found = np.asarray(segmentation_matrices(window, np.isfinite(window[..., 0]), *limits))
@@ -313,7 +326,8 @@ def _cost_one(asked: LifeEvidence) -> np.ndarray:
     markers = asked.identified.shape[1]
     wide = bucket(points, SLOT_BUCKETS, "points")
     tall = bucket(markers, MARKER_BUCKETS, "markers")
-    centre = np.nan_to_num(np.nanmean(asked.points.reshape(frames, -1, 3), axis=1))[:, None]
+    seen = np.isfinite(asked.points)
+    centre = np.where(seen, asked.points, 0.0).sum(1, keepdims=True) / np.maximum(seen.sum(1, keepdims=True), 1)
     table = [
         _grown(x, tall, fill)
         for x, fill in (

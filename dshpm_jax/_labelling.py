@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from dshpm_jax._model import SubjectModel
+from dshpm_jax._model_building.shapes import fit
 from dshpm_jax._recording import Recording
 from dshpm_jax._trajectories import Trajectories
 from dshpm_jax._types import NO_MATCH
@@ -55,3 +56,28 @@ class Labelling:
         which = self.trajectories.index[frame, slot]
         found[frame, self.trajectories.column[frame, slot]] = self.identity[which]
         return found
+
+    def to_recording(self) -> Recording:
+        """The recording with a column for each marker of the model, in its order, then what stayed unlabelled.
+
+        Unlabelled columns are named `*1`, `*2`, ...; no point is lost or moved. Where the labels came from the file's
+        own columns no longer shows, so the new recording has no source.
+        """
+        found, points = self.identities, self.recording.points
+        markers = np.full((len(points), self.model.num_markers, 3), np.nan)
+        frame, column = np.nonzero(found != NO_MATCH)
+        markers[frame, found[frame, column]] = points[frame, column]
+        rest = np.where((found == NO_MATCH)[..., None], points, np.nan)
+        rest = rest[:, np.isfinite(rest).any((0, 2))]
+        labels = (*self.model.markers, *(f"*{k + 1}" for k in range(rest.shape[1])))
+        return Recording(np.concatenate([markers, rest], axis=1), labels, self.recording.rate, self.recording.unit)
+
+    @property
+    def poses(self) -> tuple[Float[np.ndarray, "frames segments 3 3"], Float[np.ndarray, "frames segments 3"]]:
+        """Rotation and translation (mm) of every segment's `shape` in every frame.
+
+        Least squares over the markers labelled in that frame; NaN where fewer than three are, or all in a line.
+        """
+        points = self.to_recording().points
+        fits = [fit(segment.shape, points[:, list(segment.markers)]) for segment in self.model.segments]
+        return np.stack([r for r, _ in fits], axis=1), np.stack([t for _, t in fits], axis=1)

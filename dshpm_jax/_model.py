@@ -18,9 +18,6 @@ from dshpm_jax._model_building import (
 )
 from dshpm_jax._recording import Recording
 
-TOLERANCE_SPREADS, TOLERANCE_MM, TOLERANCE_SHARE = 1.5, 4.0, 0.015
-"""Allowed change of a pair distance: so many standard deviations, so many mm and such a share of the distance."""
-
 
 @dataclass(frozen=True, eq=False)
 class SubjectModel:
@@ -79,8 +76,14 @@ class SubjectModel:
         )
 
 
-def pair_tolerance(model: SubjectModel) -> Float[np.ndarray, "markers markers"]:
-    """Allowed change of each pair distance (mm): sqrt((1.5 sd)^2 + (4 mm)^2 + (1.5 % d)^2), NaN where unknown."""
-    return np.sqrt(
-        (TOLERANCE_SPREADS * model.pair_spread) ** 2 + TOLERANCE_MM**2 + (TOLERANCE_SHARE * model.pair_mean) ** 2
-    )
+def pair_tolerance(
+    model: SubjectModel, spreads: float = 1.5, floor: float = 4.0, share: float = 0.015
+) -> Float[np.ndarray, "markers markers"]:
+    """Allowed change of each pair distance (mm), NaN where unknown.
+
+    Arguments:
+        spreads: so many learnt standard deviations,
+        floor: so many mm,
+        share: and such a share of the distance, added as squares (`Settings.spread_factor` and what follows it).
+    """
+    return np.sqrt((spreads * model.pair_spread) ** 2 + floor**2 + (share * model.pair_mean) ** 2)

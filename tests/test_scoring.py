@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import dshpm_jax._scoring as scoring
+from dshpm_jax._driver import Driver
 
 CANDIDATE_SCORES = [s() for s in vars(scoring).values() if s in scoring.AbstractCandidateScore.__subclasses__()]
 MATCH_SCORES = [s() for s in vars(scoring).values() if s in scoring.AbstractMatchScore.__subclasses__()]
@@ -130,3 +131,22 @@ def test_nothing_matched_gives_no_nan(score):
 def test_mean_rms_and_max_come_in_this_order(seed):
     costs = [match_cost(s(), *random_match(seed)) for s in (scoring.MeanResidual, scoring.RmsResidual)]
     assert costs[0] < costs[1] < match_cost(scoring.MaxResidual(), *random_match(seed))
+
+
+class _NaNCandidate(scoring.AbstractCandidateScore):
+    def __call__(self, model_distance, data_distance, tolerance):
+        return (model_distance - data_distance) / (model_distance - data_distance)
+
+
+class _NaNMatch(scoring.AbstractMatchScore):
+    def __call__(self, residuals, scale, matched):
+        return jnp.sqrt(-jnp.sum(residuals / scale))
+
+
+@pytest.mark.parametrize(
+    "scores", [{"candidate_score": _NaNCandidate()}, {"match_score": _NaNMatch()}], ids=["candidate", "match"]
+)
+def test_a_score_that_returns_nan_is_refused_by_name(scores):
+    (score,) = scores.values()
+    with pytest.raises(ValueError, match=f"{type(score).__name__} returned NaN"):
+        Driver(**scores)

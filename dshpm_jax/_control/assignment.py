@@ -4,6 +4,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.optimize import LinearConstraint, milp
 from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
 
 from dshpm_jax._types import NO_MATCH
 
@@ -15,32 +16,57 @@ def assign_labels(
 ) -> Int[np.ndarray, " trajectories"]:
     """The labels of largest total gain; a trajectory has one or none, and a label one trajectory in any frame.
 
-    Solved exactly: pairs without conflict are taken at once, the rest is a mixed-integer programme. Only positive gains
-    are ever taken. Ties fall to the lower index through the order of the variables.
+    Solved exactly: where every trajectory can have its best label it has it, the rest is a mixed-integer programme.
+    Only positive gains are ever taken. Ties fall to the lower index through the order of the variables.
     """
     which, marker = np.nonzero(gain > 0)
     identity = np.full(len(gain), NO_MATCH, dtype=np.int32)
     if not len(which):
         return identity
-    groups = _conflicts(which, marker, start, stop)
     value = gain[which, marker]
-    rows = np.repeat(np.arange(len(groups)), [len(g) for g in groups])
-    columns = np.concatenate(groups) if groups else np.zeros(0, int)
-    in_conflict = np.unique(columns)
-    alone = np.setdiff1d(np.arange(len(which)), in_conflict)
-    identity[which[alone]] = marker[alone]
-    if len(in_conflict):
-        place = np.searchsorted(in_conflict, columns)
-        table = csr_array((np.ones(len(rows)), (rows, place)), shape=(len(groups), len(in_conflict)))
-        found = milp(
-            -value[in_conflict],
-            integrality=np.ones(len(in_conflict)),
-            bounds=(0, 1),
-            constraints=LinearConstraint(table, ub=1.0),
-        )
-        taken = in_conflict[np.flatnonzero(found.x > 0.5)]
-        identity[which[taken]] = marker[taken]
+    groups = _conflicts(which, marker, start, stop)
+    taken = np.zeros(len(which), bool)
+    taken[_best_of_each(which, value)] = True
+    hard = _broken_components(len(which), groups, taken)
+    if hard.any():
+        taken[hard] = _solve(value, [g for g in groups if hard[g[0]]], np.flatnonzero(hard))
+    identity[which[taken]] = marker[taken]
     return identity
+
+
+def _best_of_each(which: np.ndarray, value: np.ndarray) -> np.ndarray:
+    """For each trajectory the pair of largest gain, ties to the lower index."""
+    order = np.lexsort((np.arange(len(which)), -value, which))
+    return order[np.r_[True, np.diff(which[order]) > 0]]
+
+
+def _broken_components(pairs: int, groups: list[np.ndarray], taken: np.ndarray) -> np.ndarray:
+    """Pairs of the connected components in which the best of each trajectory break a rule.
+
+    Where they do not, nothing can be better: every trajectory already has the most that it can get.
+    """
+    if not groups:
+        return np.zeros(pairs, bool)
+    members = np.concatenate(groups)
+    group = np.repeat(np.arange(len(groups)), [len(g) for g in groups])
+    links = csr_array((np.ones(len(members)), (group + pairs, members)), shape=(pairs + len(groups),) * 2)
+    _, component = connected_components(links, directed=False)
+    crowded = np.bincount(group, taken[members], minlength=len(groups)) > 1
+    return np.isin(component[:pairs], component[pairs + np.flatnonzero(crowded)])
+
+
+def _solve(value: np.ndarray, groups: list[np.ndarray], pairs: np.ndarray) -> np.ndarray:
+    """Which of `pairs` to take for the largest total value, at most one of each group."""
+    rows = np.repeat(np.arange(len(groups)), [len(g) for g in groups])
+    columns = np.searchsorted(pairs, np.concatenate(groups))
+    table = csr_array((np.ones(len(rows)), (rows, columns)), shape=(len(groups), len(pairs)))
+    found = milp(
+        -value[pairs],
+        integrality=np.ones(len(pairs)),
+        bounds=(0, 1),
+        constraints=LinearConstraint(table, ub=1.0),
+    )
+    return found.x > 0.5
 
 
 def _conflicts(which, marker, start, stop) -> list[np.ndarray]:

@@ -90,7 +90,7 @@ class Scene:
 
     def _limits(self) -> tuple[float, float]:
         """Right-hand sides of Eqs. 1 and 2: the farthest pair of any segment and the largest distortion ratio."""
-        extent = max(float((t.distance + t.tolerance).max()) for t in self.targets)
+        extent = max(float(t.distance.max()) for t in self.targets)
         ratio = self.settings.distortion_ratio
         return extent, max(s.distortion_ratio for s in self.model.segments) if ratio is None else ratio
 

@@ -17,7 +17,9 @@ FULL_QUANTITY = 0.6
 
 def make_targets(model: SubjectModel, settings: Settings) -> list[Target]:
     """A target for every segment of `model`."""
-    tolerance = None if settings.method in ("paper", "static") else pair_tolerance(model)
+    tolerance = None
+    if settings.method == "full":
+        tolerance = pair_tolerance(model, settings.spread_factor, settings.tolerance_floor, settings.tolerance_ratio)
     return [_make_target(model, s, settings, tolerance) for s in range(len(model.segments))]
 
 

@@ -106,7 +106,7 @@ def _deviation(model, own, base, weight, spread):
     softness = jnp.sqrt(1.0 / jnp.maximum(jnp.mean(base, axis=0), 1e-12))
     lost = 1.0 - jnp.sum(weight, axis=0) / jnp.maximum(jnp.sum(base, axis=0), 1e-12)
     leverage = reach / jnp.maximum(extent, 1.0)
-    few = 1.0 / jnp.maximum(jnp.sum(share > 0.02, axis=0), 1)
+    few = 1.0 / jnp.maximum(jnp.sum(share > 0.02, axis=0, dtype=share.dtype), 1.0)
     return jnp.sqrt(spread**2 + softness**2 * few * (0.5 + leverage) * 0.5 + (lost * spread) ** 2)
 
 

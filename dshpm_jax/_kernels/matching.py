@@ -25,7 +25,7 @@ LANES = 128  # hypotheses that iterate side by side
 
 
 class Matches(NamedTuple):
-    """One row a hypothesis, in the order of `rank_tables`; rows from `count` on mean nothing."""
+    """One row a hypothesis, in the order of `rank_tables`; rows from `num_tables` on mean nothing."""
 
     hypothesis: Int[Array, " hypotheses"]
     assigned: Int[Array, "hypotheses columns"]
@@ -33,7 +33,7 @@ class Matches(NamedTuple):
     error: Float[Array, " hypotheses"]
     accepted: Bool[Array, " hypotheses"]
     fits: Int[Array, " hypotheses"]
-    count: Int[Array, ""]
+    num_tables: Int[Array, ""]
     truncated: Int[Array, ""]
 
 
