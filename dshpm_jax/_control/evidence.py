@@ -16,6 +16,7 @@ ACCEPT = 2.0
 """Nats of mean evidence from which on a label pays: real points that belong to no marker lie near markers more often
 than evenly spread ones would."""
 
+FITS_PER_PLACE = 3  # reweighted fits behind each predicted place
 
 POSTURE_PAIRS = 4.0
 POSTURE_RANGE = 700.0
@@ -69,6 +70,7 @@ def frame_evidence(
         identified = np.full((len(changed), markers, 3), np.nan)
         at_row, at_slot = np.nonzero(named[changed] != NO_MATCH)
         identified[at_row, named[changed][at_row, at_slot]] = points[at_row, at_slot]
+        scene.evidence_fits += FITS_PER_PLACE * len(changed) * markers
         evidence[changed] = yield LifeEvidence(identified, points, *scene.neighbourhoods)
     return FrameEvidence(named, evidence)
 

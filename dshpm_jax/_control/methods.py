@@ -29,7 +29,7 @@ def label_control(trajectories: Trajectories, model: SubjectModel, settings: Set
 def _full(scene: Scene) -> Control:
     state, fits = yield from full(scene)
     identity, confidence, reason = decide(scene, state)
-    return identity, confidence, reason, {"svd_count": fits}
+    return identity, confidence, reason, {"svd_count": fits + scene.evidence_fits}
 
 
 def _dynamic(scene: Scene) -> Control:

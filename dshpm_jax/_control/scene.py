@@ -24,6 +24,7 @@ class Scene:
     Attributes:
         targets: the segments as the matcher sees them, made from the model by default.
         relaxation: the motion relaxation interval in frames.
+        evidence_fits: rigid fits that the evidence of whole lives took so far.
     """
 
     trajectories: Trajectories
@@ -31,6 +32,7 @@ class Scene:
     settings: Settings
     targets: list[Target] = field(default_factory=list)
     relaxation: int = field(init=False)
+    evidence_fits: int = field(init=False, default=0)
     _rigid: dict[int, Bool[np.ndarray, "points points"]] = field(init=False, default_factory=dict)
 
     def __post_init__(self):

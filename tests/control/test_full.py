@@ -1,0 +1,73 @@
+"""The full method's own parts: moves mend what single assignments cannot, doubtful labels are withheld."""
+
+import numpy as np
+import pytest
+from takes import model, take
+
+from dshpm_jax import Reason, Settings
+from dshpm_jax._control.decision import decide
+from dshpm_jax._control.evidence import sample_frames
+from dshpm_jax._control.full import full, improve, settle
+from dshpm_jax._control.scene import Scene
+from dshpm_jax._driver import Driver
+from dshpm_jax._pretracking import pretrack
+from dshpm_jax._types import NO_MATCH
+
+DRIVER = Driver()
+
+
+@pytest.fixture(scope="module")
+def scene_and_truth():
+    recording, truth = take(0)
+    tracks = pretrack(recording)
+    right = truth.numbered_by(model().markers)
+    column = tracks.column[tracks.start, tracks.slot]
+    return Scene(tracks, model(), Settings()), right[tracks.start, column]
+
+
+def run(control):
+    return next(DRIVER.run([control]))
+
+
+def test_every_trajectory_is_sampled(scene_and_truth):
+    scene, _ = scene_and_truth
+    frames = sample_frames(scene)
+    seen = np.unique(scene.trajectories.index[frames])
+    assert set(range(len(scene.trajectories))) <= set(seen.tolist())
+
+
+@pytest.mark.parametrize("pair", [("LWRA", "LWRB"), ("RFHD", "LBHD"), ("LTOE", "LHEE")])
+def test_exchanged_labels_are_mended(scene_and_truth, pair):
+    scene, truth = scene_and_truth
+    a, b = (model().markers.index(name) for name in pair)
+    swapped = np.where(truth == a, b, np.where(truth == b, a, truth))
+    frames = sample_frames(scene)
+
+    def control():
+        state = yield from settle(scene, swapped, frames)
+        return (yield from improve(scene, state, frames))
+
+    found = run(control()).identity
+    touched = np.isin(truth, [a, b])
+    assert (found[touched] == truth[touched]).all()
+
+
+def test_truth_is_worth_more_than_a_turned_head(scene_and_truth):
+    scene, truth = scene_and_truth
+    front, back = (tuple(map(model().markers.index, names)) for names in (("LFHD", "RFHD"), ("RBHD", "LBHD")))
+    turned = truth.copy()
+    for a, b in zip(front, back):
+        turned = np.where(truth == a, b, np.where(truth == b, a, turned))
+    frames = sample_frames(scene)
+    states = [run(settle(scene, identity, frames)) for identity in (truth, turned)]
+    assert states[0].worth > states[1].worth or (states[1].identity == states[0].identity).all()
+
+
+def test_what_is_given_out_is_right_and_the_rest_has_a_reason(scene_and_truth):
+    scene, truth = scene_and_truth
+    state, fits = run(full(scene))
+    identity, confidence, reason = decide(scene, state)
+    given = identity != NO_MATCH
+    assert fits > 0 and (identity[given] == truth[given]).all()
+    assert ((0 <= confidence) & (confidence <= 1)).all()
+    assert all((r is Reason.MATCHED) == g for r, g in zip(reason, given))
