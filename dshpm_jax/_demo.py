@@ -26,8 +26,9 @@ GOOD = 0.99  # an F1 below is marked in the table
 
 
 class Capture(NamedTuple):
-    """What the demo labels: a model from one take, another take without names, and the truth about it."""
+    """A labelled take and the model from it; another take without names, and the truth about it."""
 
+    take: Recording
     model: SubjectModel
     recording: Recording
     truth: Truth
@@ -58,7 +59,7 @@ def _capture() -> Capture:
     model = SubjectModel.from_recordings([take.recording])
     test = person(MARKERS, test_activity, test_frames, RATE, seed=SEED + 1).recording
     spoilt = add_ghosts(open_gaps(test, GAPS, rng), GHOSTS, rng)
-    return Capture(model, *scramble(spoilt, rng))
+    return Capture(take.recording, model, *scramble(spoilt, rng))
 
 
 def _labelled(capture: Capture) -> tuple[Labelling, float, float]:
@@ -119,13 +120,14 @@ def _write(capture: Capture, labelling: Labelling, folder: Path) -> None:
     from dshpm_jax.report._figures import figures_png
 
     folder.mkdir(parents=True, exist_ok=True)
+    io.write_c3d(capture.take, folder / "model-take.c3d")
     io.write_c3d(capture.recording, folder / "unlabelled.c3d")
     io.write_labelled(labelling, folder / "labelled.c3d")
     io.write_model(capture.model, folder / "model.json")
     try:
         figures_png(labelling, folder / "figures.png")
-        written = "unlabelled.c3d, labelled.c3d, model.json, figures.png"
+        written = "model-take.c3d, model.json, unlabelled.c3d, labelled.c3d, figures.png"
     except ModuleNotFoundError as missing:
         print(missing, file=sys.stderr)
-        written = "unlabelled.c3d, labelled.c3d, model.json"
+        written = "model-take.c3d, model.json, unlabelled.c3d, labelled.c3d"
     print(f"\nin {folder}: {written}")
