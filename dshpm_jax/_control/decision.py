@@ -9,8 +9,9 @@ from dshpm_jax._control.scene import Scene
 from dshpm_jax._labelling import Reason
 from dshpm_jax._types import NO_MATCH
 
-MIN_MARGIN = 0.5
-"""Nats by which a label must beat its rivals to be given out: a wrong label is worse than a missing one."""
+MIN_MARGIN = -3.0
+"""A label is withheld if a rival beats it by more nats than this in the evidence of single trajectories. The posture of
+the whole body, which that evidence does not see, decides many near ties rightly, so a tie alone is no reason."""
 
 
 def decide(scene: Scene, state: State) -> tuple[np.ndarray, np.ndarray, tuple[Reason, ...]]:
