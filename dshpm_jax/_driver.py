@@ -42,9 +42,8 @@ HYPOTHESIS_BUCKETS = (128, 1024, 4096, 32768)
 FULL_BATCH = 4096  # hypotheses in one call, unless a single request has more
 FIT_BUCKETS = (64, 1024)
 REQUESTS = 32  # segments in one call, always padded to this many
-MARKER_BUCKETS = (32, 48, 56, 64, 96, 128, 256)
 SLOT_BUCKETS = (32, 64, 96, *POINT_BUCKETS[1:])  # life evidence takes time for every slot, so these are finer
-LIFE_FRAMES = 16  # frames of life costs in one call
+LIFE_LANES = (128, 1024)  # markers in frames whose evidence one call judges
 WINDOWS, WINDOW_FRAMES = 8, 11  # pre-segmentation windows in one call, and frames of each
 FAR = 1e6  # mm, where padded points are
 
@@ -187,7 +186,7 @@ def _group_of(request: Any) -> tuple:
     if isinstance(request, Segmentation):
         return (Segmentation,)
     if isinstance(request, LifeEvidence):
-        return (LifeEvidence,)
+        return LifeEvidence, bucket(request.points.shape[1], SLOT_BUCKETS, "points")
     raise TypeError(f"a control yielded {type(request).__name__}, which is no request")
 
 
@@ -317,40 +316,60 @@ def _segment(requests: list[Segmentation]) -> list[np.ndarray]:
 
 
 def _cost(requests: list[LifeEvidence]) -> list[np.ndarray]:
-    """Costs of every point for every label, frames in fixed chunks with an empty tail."""
-    return [_cost_one(request) for request in requests]
+    """Evidence of the lanes of all requests, packed into calls of a few sizes."""
+    answers = [np.empty((len(asked.marker), asked.points.shape[1]), np.float32) for asked in requests]
+    for pieces in _packed([len(asked.marker) for asked in requests], LIFE_LANES[-1]):
+        lanes = [_life_lanes(requests[k], rows) for k, rows in pieces]
+        size = sum(rows.stop - rows.start for _, rows in pieces)
+        found = np.asarray(life_evidence(*_stacked(lanes, bucket(size, LIFE_LANES, "lanes"))))
+        first = 0
+        for k, rows in pieces:
+            last = first + rows.stop - rows.start
+            answers[k][rows] = found[: answers[k].shape[1], first:last].T
+            first = last
+    return answers
 
 
-def _cost_one(asked: LifeEvidence) -> np.ndarray:
-    frames, points, _ = asked.points.shape
-    markers = asked.identified.shape[1]
-    wide = bucket(points, SLOT_BUCKETS, "points")
-    tall = bucket(markers, MARKER_BUCKETS, "markers")
-    seen = np.isfinite(asked.points)
-    centre = np.where(seen, asked.points, 0.0).sum(1, keepdims=True) / np.maximum(seen.sum(1, keepdims=True), 1)
-    table = [
-        _grown(x, tall, fill)
-        for x, fill in (
-            (asked.neighbours, NO_MATCH),
-            (asked.shape, 0),
-            (asked.own, 0),
-            (asked.softness, 1),
-            (asked.spread, 1),
-        )
-    ]
-    out = np.empty((frames, points, markers), np.float32)
-    for first in range(0, frames, LIFE_FRAMES):
-        rows = slice(first, min(first + LIFE_FRAMES, frames))
-        size = rows.stop - first
-        identified = np.full((LIFE_FRAMES, tall, 3), np.nan, np.float32)
-        identified[:size, :markers] = asked.identified[rows] - centre[rows]
-        here = np.full((LIFE_FRAMES, wide, 3), np.nan, np.float32)
-        here[:size, :points] = asked.points[rows] - centre[rows]
-        out[rows] = np.asarray(life_evidence(identified, here, *table))[:size, :points, :markers]
-    return out
+def _packed(sizes: Sequence[int], limit: int) -> Iterator[list[tuple[int, slice]]]:
+    """Slices of rows, each with whose it is, in groups of `limit` rows; only the last group may have fewer."""
+    group: list[tuple[int, slice]] = []
+    room = limit
+    for k, size in enumerate(sizes):
+        first = 0
+        while first < size:
+            last = min(first + room, size)
+            group.append((k, slice(first, last)))
+            room -= last - first
+            first = last
+            if not room:
+                yield group
+                group, room = [], limit
+    if group:
+        yield group
 
 
-def _grown(array: np.ndarray, size: int, fill: float) -> np.ndarray:
-    padded = np.full((size, *array.shape[1:]), fill, array.dtype)
-    padded[: len(array)] = array
-    return padded
+def _life_lanes(asked: LifeEvidence, rows: slice) -> list[np.ndarray]:
+    """The kernel's arguments for some lanes, the lane first; coordinates about the middle of the frame's points."""
+    frame, marker = asked.frame[rows], asked.marker[rows]
+    used = np.unique(frame)
+    row = np.searchsorted(used, frame)
+    points, identified = asked.points[used], asked.identified[used]
+    seen = np.isfinite(points)
+    centre = np.where(seen, points, 0.0).sum(1, keepdims=True) / np.maximum(seen.sum(1, keepdims=True), 1)
+    wide = bucket(points.shape[1], SLOT_BUCKETS, "points")
+    here = np.full((len(used), wide, 3), np.nan, np.float32)
+    here[:, : points.shape[1]] = points - centre
+    around = asked.neighbours[marker]
+    places = (identified - centre).astype(np.float32)[row[:, None], np.maximum(around, 0)]
+    places = np.where((around != NO_MATCH)[..., None], places, np.float32(np.nan))
+    return [here[row], places, asked.shape[marker], asked.own[marker], asked.softness[marker], asked.spread[marker]]
+
+
+def _stacked(pieces: list[list[np.ndarray]], size: int) -> list[np.ndarray]:
+    """The pieces one after the other, padded to `size` lanes by repeating the last; the lane becomes the last axis."""
+    stacked = []
+    for parts in zip(*pieces):
+        whole = np.concatenate(parts)
+        whole = np.concatenate([whole, np.repeat(whole[-1:], size - len(whole), axis=0)])
+        stacked.append(np.moveaxis(whole, 0, -1))
+    return stacked

@@ -106,11 +106,14 @@ class Segmentation:
 
 @dataclass(frozen=True, eq=False)
 class LifeEvidence:
-    """What it costs to give each label to each point, from the places of the identified markers around it.
+    """How well every point of a frame fits a marker, from the places of the identified markers around it.
+
+    Answered by an array (lanes, slots) in nats; a lane is one marker in one frame.
 
     Attributes:
         identified: where each marker is by what is known so far (mm), NaN where unknown.
         points: every point of those frames (mm), NaN where there is none.
+        frame, marker: what each lane is about.
         neighbours: for each marker the markers that predict it, `NO_MATCH` beyond the last.
         shape, own: places of the neighbours and of the marker itself, in a frame of each neighbourhood (mm).
         softness: how much the distance of each neighbour varies (mm).
@@ -119,6 +122,8 @@ class LifeEvidence:
 
     identified: Float[np.ndarray, "frames markers 3"]
     points: Float[np.ndarray, "frames slots 3"]
+    frame: Int[np.ndarray, " lanes"]
+    marker: Int[np.ndarray, " lanes"]
     neighbours: Int[np.ndarray, "markers neighbours"]
     shape: Float[np.ndarray, "markers neighbours 3"]
     own: Float[np.ndarray, "markers 3"]

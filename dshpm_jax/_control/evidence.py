@@ -40,7 +40,7 @@ def sample_frames(scene: Scene) -> Int[np.ndarray, " frames"]:
 
 @dataclass(frozen=True, eq=False)
 class FrameEvidence:
-    """Evidence in the sampled frames, kept so that only frames whose labels change are judged anew.
+    """Evidence in the sampled frames, kept so that only what a change of labels touches is judged anew.
 
     Attributes:
         named: the label of each slot, `NO_MATCH` where there is none.
@@ -60,19 +60,36 @@ def labels_in(scene: Scene, identity: np.ndarray, frames: np.ndarray) -> Int[np.
 def frame_evidence(
     scene: Scene, frames: np.ndarray, named: Int[np.ndarray, "frames slots"], before: FrameEvidence | None = None
 ) -> Control:
-    """Evidence in `frames` given the labels `named` in them; rows that are as `before` are not judged anew."""
-    t = scene.trajectories
-    changed = np.arange(len(frames)) if before is None else np.flatnonzero((named != before.named).any(1))
+    """Evidence in `frames` given the labels `named` in them.
+
+    Of what is known from `before`, only markers with a neighbour that is elsewhere now are judged anew.
+    """
     markers = scene.model.num_markers
-    evidence = np.empty((*named.shape, markers), np.float32) if before is None else before.evidence.copy()
-    if len(changed):
-        points = t.points[frames[changed]]
-        identified = np.full((len(changed), markers, 3), np.nan)
-        at_row, at_slot = np.nonzero(named[changed] != NO_MATCH)
-        identified[at_row, named[changed][at_row, at_slot]] = points[at_row, at_slot]
-        scene.evidence_fits += FITS_PER_PLACE * len(changed) * markers
-        evidence[changed] = yield LifeEvidence(identified, points, *scene.neighbourhoods)
+    around = scene.neighbourhoods[0]
+    holder = _holders(named, markers)
+    if before is None:
+        evidence = np.empty((*named.shape, markers), np.float32)
+        stale = np.ones((len(frames), markers), bool)
+    else:
+        evidence = before.evidence.copy()
+        moved = holder != _holders(before.named, markers)
+        stale = (moved[:, np.maximum(around, 0)] & (around != NO_MATCH)).any(-1)
+    frame, marker = np.nonzero(stale)
+    if len(frame):
+        points = scene.trajectories.points[frames]
+        places = np.take_along_axis(points, np.maximum(holder, 0)[..., None], axis=1)
+        identified = np.where((holder != NO_MATCH)[..., None], places, np.nan)
+        scene.evidence_fits += FITS_PER_PLACE * len(frame)
+        evidence[frame, :, marker] = yield LifeEvidence(identified, points, frame, marker, *scene.neighbourhoods)
     return FrameEvidence(named, evidence)
+
+
+def _holders(named: Int[np.ndarray, "frames slots"], markers: int) -> Int[np.ndarray, "frames markers"]:
+    """The slot that carries each marker, `NO_MATCH` where none does."""
+    holder = np.full((len(named), markers), NO_MATCH)
+    frame, slot = np.nonzero(named != NO_MATCH)
+    holder[frame, named[frame, slot]] = slot
+    return holder
 
 
 def mean_over_lives(

@@ -167,8 +167,9 @@ def judge_moves(
         lives.append(int(alive.sum()))
         named.append(labels_in(scene, changed, frames[picked]))
     row = np.concatenate(rows)
-    after = yield from frame_evidence(scene, frames[row], np.concatenate(named))
-    difference = _worth(after.named, after.evidence) - _worth(before.named[row], before.evidence[row])
+    known = FrameEvidence(before.named[row], before.evidence[row])
+    after = yield from frame_evidence(scene, frames[row], np.concatenate(named), known)
+    difference = _worth(after.named, after.evidence) - _worth(known.named, known.evidence)
     difference += posture(scene, frames[row], after.named) - posture(scene, frames, before.named)[row]
     first = np.concatenate([[0], np.cumsum(sizes)[:-1]])
     return np.add.reduceat(difference, first) / sizes * lives

@@ -4,10 +4,10 @@ import math
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Bool, Float
 
 from dshpm_jax._kernels.rigid_fit import rigid_fit_lanes, rotate_lanes
-from dshpm_jax._types import MIN_FIT_POINTS, NO_MATCH
+from dshpm_jax._types import MIN_FIT_POINTS
 
 TAIL = 3.0  # degrees of freedom of the errors' t distribution: soft tissue has heavy tails
 BACKGROUND = math.log(700.0)  # of mm; a point that is no marker of the model may be anywhere in a body's volume
@@ -22,41 +22,43 @@ MAX_DISTANCES = 3  # a point has three coordinates, however many distances are k
 
 @jax.jit
 def life_evidence(
-    identified: Float[Array, "frames markers 3"],
-    points: Float[Array, "frames points 3"],
-    neighbours: Int[Array, "markers neighbours"],
-    shape: Float[Array, "markers neighbours 3"],
-    own: Float[Array, "markers 3"],
-    softness: Float[Array, "markers neighbours"],
-    spread: Float[Array, " markers"],
-) -> Float[Array, "frames points markers"]:
+    points: Float[Array, "points 3 lanes"],
+    places: Float[Array, "neighbours 3 lanes"],
+    shape: Float[Array, "neighbours 3 lanes"],
+    own: Float[Array, "3 lanes"],
+    softness: Float[Array, "neighbours lanes"],
+    spread: Float[Array, " lanes"],
+) -> Float[Array, "points lanes"]:
     """Logarithm of how much likelier each point is where it is if it is the marker than if it is none of the model's.
 
-    From its distance to the place that the marker's neighbours predict; where these give no pose, from its distances
-    to them. At least `WORST`, which also stands where fewer than two neighbours are known and where there is no
-    point. Lengths in mm; see `LifeEvidence` for the arguments.
+    A lane is one marker in one frame. The evidence comes from the distance to the place that the marker's neighbours
+    predict; where these give no pose, from its distances to them. At least `WORST`, which also stands where fewer
+    than two neighbours are known and where there is no point.
+
+    Arguments:
+        points: all points of the lane's frame (mm), NaN where there is none.
+        places: where the marker's neighbours are in that frame (mm), NaN where unknown.
+        shape, own, softness, spread: the marker's neighbourhood, see `LifeEvidence`.
     """
-    known = jnp.isfinite(identified).all(-1)
-    at = jnp.maximum(neighbours, 0)
-    there = known[:, at] & (neighbours != NO_MATCH)[None]
-    places = jnp.where(there[..., None], identified[:, at], 0.0)
+    there = jnp.isfinite(places).all(1)
+    places = jnp.where(there[:, None], places, 0.0)
     predicted, deviation = _predict(places, there, shape, own, softness, spread)
-    seen = jnp.isfinite(points).all(-1)
-    points = jnp.where(seen[..., None], points, 0.0)
-    posed = jnp.isfinite(deviation)[:, None, :]
-    apart = points[:, :, None, :] - predicted[:, None, :, :]
-    axis = jnp.where(posed, deviation[:, None, :] / math.sqrt(3.0), 1.0)  # of one coordinate
-    by_pose = jnp.where(posed, _log_ratio(jnp.sum(apart * apart, axis=-1), axis, 3), WORST)
+    seen = jnp.isfinite(points).all(1)
+    points = jnp.where(seen[:, None], points, 0.0)
+    posed = jnp.isfinite(deviation)
+    axis = jnp.where(posed, deviation / math.sqrt(3.0), 1.0)  # of one coordinate
+    apart = points - predicted[None]
+    by_pose = jnp.where(posed[None], _log_ratio(jnp.sum(apart * apart, axis=1), axis[None], 3), WORST)
     by_distance = _by_distance(points, places, there, shape, own, softness)
-    vague = (deviation > VAGUE * _second_softness(there, softness))[:, None, :]
-    evidence = jnp.where(posed & ~vague, by_pose, jnp.maximum(by_distance, by_pose))
-    return jnp.where(seen[:, :, None], jnp.maximum(evidence, WORST), WORST)
+    vague = deviation > VAGUE * _second_softness(there, softness)
+    evidence = jnp.where((posed & ~vague)[None], by_pose, jnp.maximum(by_distance, by_pose))
+    return jnp.where(seen, jnp.maximum(evidence, WORST), WORST)
 
 
-def _second_softness(there, softness):
+def _second_softness(there: Bool[Array, "neighbours lanes"], softness: Float[Array, "neighbours lanes"]):
     """Softness of the second most rigid known neighbour (mm)."""
-    second = there & (jnp.cumsum(there, axis=2, dtype=jnp.int32) == 2)
-    return jnp.sum(jnp.where(second, softness, 0.0), axis=2)
+    second = there & (jnp.cumsum(there, axis=0, dtype=jnp.int32) == 2)
+    return jnp.sum(jnp.where(second, softness, 0.0), axis=0)
 
 
 def _log_ratio(square, deviation, dimensions: int):
@@ -73,35 +75,27 @@ def _log_peak(deviation, dimensions: int):
 
 def _predict(places, there, shape, own, softness, spread):
     """Where each marker should be, and how far off that may be (mm), infinite without a pose."""
-    frames, markers, _ = there.shape
-    lanes = frames * markers
-    model = jnp.tile(shape.transpose(1, 2, 0), (1, 1, frames))
-    data = places.transpose(2, 3, 0, 1).reshape(-1, 3, lanes)
-    mask = there.transpose(2, 0, 1).reshape(-1, lanes)
-    soft = jnp.tile(softness.T, (1, frames))
-    base = jnp.where(mask, 1.0 / (soft * soft), 0.0)
+    base = jnp.where(there, 1.0 / (softness * softness), 0.0)
     weight = base
     for _ in range(ROBUST_ROUNDS):
-        fit = rigid_fit_lanes(model, data, weight)
-        off = rotate_lanes(fit.rotation, model) + fit.translation[None] - data
-        square = jnp.sum(off * off, axis=1) / (ROBUST_SCALE * soft) ** 2
+        fit = rigid_fit_lanes(shape, places, weight)
+        off = rotate_lanes(fit.rotation, shape) + fit.translation[None] - places
+        square = jnp.sum(off * off, axis=1) / (ROBUST_SCALE * softness) ** 2
         weight = base / (1.0 + square) ** 2
-    fit = rigid_fit_lanes(model, data, weight)
-    place = rotate_lanes(fit.rotation, jnp.tile(own.T, (1, frames))[None])[0] + fit.translation
-    deviation = _deviation(model, jnp.tile(own.T, (1, frames)), base, weight, jnp.tile(spread, frames))
-    posed = (fit.rank >= 2) & (jnp.sum(mask, axis=0) >= MIN_FIT_POINTS)
-    deviation = jnp.where(posed, deviation, jnp.inf)
-    return place.T.reshape(frames, markers, 3), deviation.reshape(frames, markers)
+    fit = rigid_fit_lanes(shape, places, weight)
+    place = rotate_lanes(fit.rotation, own[None])[0] + fit.translation
+    posed = (fit.rank >= 2) & (jnp.sum(there, axis=0) >= MIN_FIT_POINTS)
+    return place, jnp.where(posed, _deviation(shape, own, base, weight, spread), jnp.inf)
 
 
-def _deviation(model, own, base, weight, spread):
+def _deviation(shape, own, base, weight, spread):
     """Standard deviation of a prediction: as learnt with all neighbours, more from fewer and from farther away.
 
     The leverage of the marker grows with its distance from the neighbours in units of their own extent.
     """
     share = weight / jnp.maximum(jnp.sum(weight, axis=0), 1e-12)[None]
-    middle = jnp.sum(share[:, None] * model, axis=0)
-    extent = jnp.sum(share * jnp.sum((model - middle[None]) ** 2, axis=1), axis=0)
+    middle = jnp.sum(share[:, None] * shape, axis=0)
+    extent = jnp.sum(share * jnp.sum((shape - middle[None]) ** 2, axis=1), axis=0)
     reach = jnp.sum((own - middle) ** 2, axis=0)
     softness = jnp.sqrt(1.0 / jnp.maximum(jnp.mean(base, axis=0), 1e-12))
     lost = 1.0 - jnp.sum(weight, axis=0) / jnp.maximum(jnp.sum(base, axis=0), 1e-12)
@@ -112,20 +106,20 @@ def _deviation(model, own, base, weight, spread):
 
 def _by_distance(points, places, there, shape, own, softness):
     """Evidence from the distances to the three most rigid of the known neighbours."""
-    expected = jnp.sqrt(jnp.sum((shape - own[:, None]) ** 2, axis=-1))
-    order = jnp.where(there, jnp.cumsum(there, axis=2, dtype=jnp.int32), 0)  # neighbours are sorted by softness
-    peak = jnp.full(there.shape[:2], -MIRROR, points.dtype)
-    spread = jnp.ones((*points.shape[:2], there.shape[1]), points.dtype)
+    expected = jnp.sqrt(jnp.sum((shape - own[None]) ** 2, axis=1))
+    order = jnp.where(there, jnp.cumsum(there, axis=0, dtype=jnp.int32), 0)  # neighbours are sorted by softness
+    peak = jnp.full(there.shape[1], -MIRROR, points.dtype)
+    spread = jnp.ones((points.shape[0], there.shape[1]), points.dtype)
     for rank in range(1, MAX_DISTANCES + 1):
         chosen = order == rank
-        known = jnp.any(chosen, axis=2)
-        place = jnp.sum(jnp.where(chosen[..., None], places, 0.0), axis=2)
-        distance = jnp.sum(jnp.where(chosen, expected, 0.0), axis=2)
-        soft = jnp.where(known, jnp.sum(jnp.where(chosen, softness, 0.0), axis=2), 1.0)
-        apart = points[:, :, None, :] - place[:, None, :, :]
-        error = (jnp.sqrt(jnp.sum(apart * apart, axis=-1)) - distance[:, None, :]) / soft[:, None, :]
+        known = jnp.any(chosen, axis=0)
+        place = jnp.sum(jnp.where(chosen[:, None], places, 0.0), axis=0)
+        distance = jnp.sum(jnp.where(chosen, expected, 0.0), axis=0)
+        soft = jnp.where(known, jnp.sum(jnp.where(chosen, softness, 0.0), axis=0), 1.0)
+        apart = points - place[None]
+        error = (jnp.sqrt(jnp.sum(apart * apart, axis=1)) - distance[None]) / soft[None]
         # One logarithm of the product for all distances: logarithms are what this kernel spends its time on.
-        spread *= jnp.where(known[:, None, :], 1.0 + error * error / TAIL, 1.0)
+        spread *= jnp.where(known[None], 1.0 + error * error / TAIL, 1.0)
         peak += jnp.where(known, _log_peak(soft, 1), 0.0)
-    evidence = peak[:, None, :] - 0.5 * (TAIL + 1) * jnp.log(spread)
-    return jnp.where((order.max(2) >= MIN_DISTANCES)[:, None, :], evidence, WORST)
+    evidence = peak[None] - 0.5 * (TAIL + 1) * jnp.log(spread)
+    return jnp.where((order.max(0) >= MIN_DISTANCES)[None], evidence, WORST)

@@ -26,7 +26,11 @@ def turned(points):
 
 
 def evidence(identified, points, tables=None):
-    return np.asarray(life_evidence(identified[None], points[None], *(tables or table())))[0]
+    """Of every point for every marker of one frame; a lane for each marker."""
+    ids, *rest = tables or table()
+    places = np.where((ids >= 0)[..., None], identified[np.maximum(ids, 0)], np.float32(np.nan))
+    lanes = [np.moveaxis(x, 0, -1) for x in (np.repeat(points[None], len(ids), 0), places, *rest)]
+    return np.asarray(life_evidence(*lanes))
 
 
 def test_each_marker_has_most_evidence_for_its_own_place():
@@ -72,13 +76,11 @@ def test_one_wrong_neighbour_does_not_spoil_a_prediction():
 
 
 @pytest.mark.parametrize("extra", [1, 10])
-def test_padding_and_frame_mates_change_nothing(extra):
+def test_padding_and_lane_mates_change_nothing(extra):
     here = turned(PLACES)
     alone = evidence(here, here)
-    ids, shape, own, softness, spread = table(6 + extra)
     known = np.concatenate([here, np.full((extra, 3), np.nan, np.float32)])
     points = np.concatenate([here, np.full((extra, 3), np.nan, np.float32)])
-    mates = np.stack([known, known + 10.0]), np.stack([points, points[::-1]])
-    padded = np.asarray(life_evidence(*mates, ids, shape, own, softness, spread))[0]
+    padded = evidence(known, points, table(6 + extra))
     np.testing.assert_allclose(padded[:6, :6], alone, atol=2e-3)
     assert (padded[6:] == WORST).all()
