@@ -17,6 +17,8 @@ from dshpm_jax.io import write_model as write_model
 from dshpm_jax.io import write_sidecar as write_sidecar
 
 if TYPE_CHECKING:
+    from dshpm_jax._check import Finding as Finding
+    from dshpm_jax._check import check as check
     from dshpm_jax._driver import Driver as Driver
     from dshpm_jax._label import label as label
     from dshpm_jax._label import label_many as label_many
@@ -29,6 +31,8 @@ if TYPE_CHECKING:
 
 # Importing jax takes a second, which reading files, models and `--help` need not wait for.
 _NEEDS_JAX = {
+    "Finding": "_check",
+    "check": "_check",
     "Driver": "_driver",
     "label": "_label",
     "label_many": "_label",

@@ -2,6 +2,7 @@
 
 import argparse
 import dataclasses
+import json
 import os
 import sys
 from collections.abc import Sequence
@@ -55,6 +56,12 @@ def _parser() -> argparse.ArgumentParser:
     label.add_argument("--settings", type=Path, metavar="FILE", help="TOML file with the method and its parameters")
     label.add_argument("--force", action="store_true", help="overwrite earlier results")
     label.set_defaults(run=_label)
+
+    check = commands.add_parser("check", help="audits the labels that recordings have")
+    check.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING", help="labelled C3D or TRC file")
+    check.add_argument("--model", type=Path, required=True, metavar="MODEL", help="model of the subject")
+    check.add_argument("--json", type=Path, metavar="FILE", help="write what was found there too")
+    check.set_defaults(run=_check)
     return parser
 
 
@@ -117,6 +124,27 @@ def _label(arguments: argparse.Namespace) -> int:
             _say(_line(outcome))
     _say(f"{good} of {len(jobs)} recordings labelled, results in {arguments.out}")
     return OK if good == len(jobs) else FAILURES
+
+
+def _check(arguments: argparse.Namespace) -> int:
+    if not arguments.model.is_file():
+        raise UsageError(f"{arguments.model}: there is no such model; make one with 'dshpm-jax model'")
+    if arguments.json and (arguments.json.suffix != ".json" or not arguments.json.parent.is_dir()):
+        raise UsageError(f"{arguments.json}: no place for the findings; give a .json file in a folder that is there")
+    _cache_programs()
+    from dshpm_jax._checking import check_files
+
+    rows, good = [], True
+    for found in check_files(arguments.recordings, arguments.model):
+        good &= found.sound
+        rows += found.rows
+        for line in found.troubles:
+            _complain(line)
+        for line in found.lines:
+            _say(line)
+    if arguments.json:
+        arguments.json.write_text(json.dumps(rows, indent=1) + "\n")
+    return OK if good else FAILURES
 
 
 def _settings(arguments: argparse.Namespace) -> Settings:

@@ -1,5 +1,6 @@
 """The command line: exit statuses, one line for each trouble, and never a traceback."""
 
+import json
 import subprocess
 import sys
 from types import SimpleNamespace
@@ -88,6 +89,10 @@ def test_settings_file(folder, capsys, labeller):
         ["model", "walk.c3d"],
         ["model", "walk.c3d", "-o", "walk.c3d"],
         ["model", "walk.c3d", "-o", "m.json", "--segments", "s.toml", "--template", "t"],
+        ["check"],
+        ["check", "walk.c3d"],
+        ["check", "walk.c3d", "--model", "nowhere.json"],
+        ["check", "walk.c3d", "--model", "model.json", "--json", "walk.c3d"],
         ["fly"],
     ],
 )
@@ -195,3 +200,38 @@ def test_demo_is_handed_its_folder(folder, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "dshpm_jax._demo", SimpleNamespace(run=lambda out: asked.append(out) or 0))
     assert command(capsys, "demo", "-o", "here")[0] == 0 and command(capsys, "demo")[0] == 0
     assert [str(out) for out in asked] == ["here", "None"]
+
+
+@pytest.fixture
+def checker(monkeypatch):
+    """Stands in for the real one: finds that the first column is the second marker in the first two frames."""
+
+    def check(recording, model, driver):
+        if recording.num_frames == 9:
+            return []
+        return [SimpleNamespace(label="LASI", column=0, first=0, last=1, should_be="RASI", confidence=0.98765)]
+
+    monkeypatch.setitem(sys.modules, "dshpm_jax._check", SimpleNamespace(check=check, Finding=None))
+    monkeypatch.delitem(sys.modules, "dshpm_jax._checking", raising=False)
+    yield
+    sys.modules.pop("dshpm_jax._checking", None)  # it holds the stand-in
+
+
+def test_check(folder, capsys, checker):
+    io.write_c3d(make_recording(9, MARKERS), folder / "sound.c3d")
+    status, out, err = command(capsys, "check", "sound.c3d", "--model", "model.json")
+    assert (status, out, err) == (0, "sound.c3d: no wrong label found\n", "")
+    status, out, err = command(capsys, "check", "walk.c3d", "sound.c3d", "--model", "model.json", "--json", "f.json")
+    assert status == 1 and err == ""
+    assert out.splitlines()[0] == "walk.c3d: LASI, frames 1-2, should be RASI (confidence 0.988)"
+    (row,) = json.loads((folder / "f.json").read_text())
+    assert (row["frames"], row["file_frames"], row["should_be"]) == ([0, 1], [1, 2], "RASI")
+
+
+def test_check_of_files_that_cannot_be(folder, capsys, checker):
+    (folder / "bad.c3d").write_bytes(b"")
+    status, out, err = command(capsys, "check", "bad.c3d", "walk.c3d", "--model", "model.json")
+    assert status == 1 and "bad.c3d: the file is empty" in err and err.count("\n") == 1 and "walk.c3d: LASI" in out
+    (folder / "other.json").write_text("{}")
+    status, out, err = command(capsys, "check", "walk.c3d", "--model", "other.json")
+    assert status == 1 and "this is no marker model" in err and err.count("\n") == 1

@@ -14,9 +14,9 @@ LEVELS = [
     {"_labelling", "_requests"},
     {"_kernels", "io", "synthesis"},
     {"_driver", "_control", "_pretracking"},
-    {"_label"},
+    {"_label", "_check"},
     {"evaluation", "report", "_reconstruction"},
-    {"_archive", "_demo", "_experiments"},
+    {"_archive", "_checking", "_demo", "_experiments"},
     {"__main__", "__init__"},
 ]
 LEVEL = {name: k for k, names in enumerate(LEVELS) for name in names}

@@ -1,0 +1,66 @@
+"""`check`: audits the labels that a recording has against the model of its subject."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from dshpm_jax._control.audit import Doubt, audit
+from dshpm_jax._driver import Driver
+from dshpm_jax._model import SubjectModel
+from dshpm_jax._recording import Recording
+from dshpm_jax._settings import Settings
+from dshpm_jax._types import NO_MATCH
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A column of a recording whose label is wrong, or lacking, in a range of frames.
+
+    Attributes:
+        label: its name in the recording; a capture system's placeholder, or nothing, where it has none.
+        column: its place in the recording.
+        first, last: frames, counted from 0; both belong to the range.
+        should_be: the marker that it is, None if it is no marker of the model.
+        confidence: 0 to 1, how sure that is.
+    """
+
+    label: str
+    column: int
+    first: int
+    last: int
+    should_be: str | None
+    confidence: float
+
+
+def check(
+    recording: Recording, model: SubjectModel, settings: Settings | None = None, driver: Driver | None = None
+) -> list[Finding]:
+    """What is wrong with the labels of a recording: exchanged, on another marker's point, on no marker, or lacking.
+
+    Only what is decisively better otherwise is reported, so that sound labels are left in peace, and so may be a few
+    wrong ones. Labels that the model does not know are taken for none.
+
+    Arguments:
+        recording: points in millimetres, its columns labelled.
+        model: of the subject; best made from other recordings.
+        settings, driver: as for `label`; the method is always "full".
+
+    Returns:
+        findings in the order of columns and frames.
+
+    Raises:
+        ValueError: the model knows none of the labels.
+    """
+    seen = np.flatnonzero(recording.present.any(0))
+    if not {recording.labels[column] for column in seen} & set(model.markers):
+        raise ValueError("none of its labels is in the model; give a labelled recording and the model of its subject")
+    driver = Driver() if driver is None else driver
+    doubts: list[Doubt] = next(driver.run([audit(recording, model, Settings() if settings is None else settings)]))
+    return [_finding(doubt, recording, model) for doubt in doubts]
+
+
+def _finding(doubt: Doubt, recording: Recording, model: SubjectModel) -> Finding:
+    should_be = None if doubt.should_be == NO_MATCH else model.markers[doubt.should_be]
+    confidence = 1.0 / (1.0 + math.exp(-min(doubt.nats, 60.0) / 2.0))
+    return Finding(recording.labels[doubt.column], doubt.column, doubt.first, doubt.last, should_be, confidence)
