@@ -11,12 +11,14 @@ from jaxtyping import Array, Bool, Float, Int
 from dshpm_jax._kernels.candidate_table import (
     MAX_CANDIDATES,
     Hypotheses,
+    PivotDistances,
     Problems,
-    candidate_costs,
+    end_of,
     order_candidates,
+    pivot_distances,
     rank_tables,
 )
-from dshpm_jax._kernels.rigid_fit import RigidFit, rigid_fit_lanes, rotate_lanes
+from dshpm_jax._kernels.rigid_fit import rigid_fit_lanes, rotate_lanes
 from dshpm_jax._scoring import AbstractCandidateScore, AbstractMatchScore
 from dshpm_jax._types import MIN_FIT_POINTS, NO_MATCH
 
@@ -49,12 +51,12 @@ def match_segments(
     Lanes that finish early take the next table of the queue: the mean hypothesis needs two fits and the worst
     twenty, so a loop in which all lanes wait for the slowest would idle most of the time.
     """
-    cost = candidate_costs(problems, hypotheses, candidate_score)
-    order, count = rank_tables(problems, hypotheses, cost)
+    distances = pivot_distances(problems)
+    order, count = rank_tables(problems, distances, hypotheses, candidate_score)
     ranked = Hypotheses(*(field[order] for field in hypotheses))
-    table, start, truncated = _prepare(problems, ranked, cost, order, count)
-    assigned, fits = _iterate(problems, ranked, table, start, count, match_score)
-    assigned, matched, error, accepted, more_fits = _finish(problems, ranked, assigned, count, match_score)
+    table, start, truncated = _prepare(problems, distances, ranked, count, candidate_score)
+    fitted, fits = _iterate(problems, ranked, table, start, count, match_score)
+    assigned, matched, error, accepted, more_fits = _finish(problems, ranked, fitted, count, match_score)
     return Matches(order, assigned, matched, error, accepted, fits + more_fits, count, truncated)
 
 
@@ -78,16 +80,19 @@ def _put(array, rows, first):
     return lax.dynamic_update_slice_in_dim(array, rows, first, 0)
 
 
-def _prepare(problems: Problems, ranked: Hypotheses, cost, order, count):
-    """Ordered candidates of each surviving table, and its initial match."""
+def _prepare(problems: Problems, distances: PivotDistances, ranked: Hypotheses, count, score: AbstractCandidateScore):
+    """Ordered candidates of each surviving table, its initial match, and how many candidates found no room."""
     num, columns = ranked.pivot.shape[0], problems.distance.shape[1]
+    sequence = jnp.argsort(problems.distance, axis=2)  # non-decreasing distance from a pivot; stable, ties by index
 
     def body(first, carry):
         table, start, truncated = carry
-        candidates, left_out = order_candidates(cost[_rows(order, first)])
-        request, pivot = _rows(ranked.request, first), _rows(ranked.pivot, first)
-        begin = _first_candidates(candidates, problems.distance[request, pivot])
-        return _put(table, candidates, first), _put(start, begin, first), truncated + left_out
+        here = Hypotheses(*(_rows(field, first) for field in ranked))
+        candidates, left_out = order_candidates(problems, distances, here, score)
+        begin = _first_candidates(candidates, sequence[here.request, here.pivot].T, problems.points.shape[1])
+        survives = first + jnp.arange(len(left_out)) < count
+        truncated = truncated + jnp.sum(jnp.where(survives, left_out, 0), dtype=jnp.int32)
+        return _put(table, candidates.transpose(1, 0, 2), first), _put(start, begin.T, first), truncated
 
     empty = (
         jnp.full((num, columns, MAX_CANDIDATES), NO_MATCH, jnp.int32),
@@ -98,25 +103,23 @@ def _prepare(problems: Problems, ranked: Hypotheses, cost, order, count):
 
 
 def _first_candidates(
-    table: Int[Array, "tables columns candidates"], distance: Float[Array, "tables columns"]
-) -> Int[Array, "tables columns"]:
+    table: Int[Array, "columns tables candidates"], sequence: Int[Array, "columns tables"], num_points: int
+) -> Int[Array, "columns tables"]:
     """The top row of each table, column by column along the pivot sequence; no point twice."""
-    sequence = jnp.argsort(distance, axis=1)  # non-decreasing distance from the pivot; stable, ties by index
-    sequential = jnp.take_along_axis(table, sequence[:, :, None], axis=1).transpose(1, 2, 0)
+    lane = jnp.arange(table.shape[1])
 
-    def choose(column, chosen):
-        choice = jnp.full(table.shape[0], NO_MATCH, jnp.int32)
-        for candidate in reversed(range(MAX_CANDIDATES)):
-            point = sequential[column, candidate]
-            taken = jnp.any(chosen == point[None], axis=0)
-            choice = jnp.where((point != NO_MATCH) & ~taken, point, choice)
-        return chosen.at[column].set(choice)
+    def choose(step, state):
+        chosen, taken = state
+        candidates = table[sequence[step], lane]
+        usable = (candidates != NO_MATCH) & ~taken[lane[:, None], candidates]
+        best = jnp.argmax(usable, axis=1)
+        choice = jnp.where(usable.any(1), candidates[lane, best], NO_MATCH)
+        taken = taken.at[lane, jnp.where(choice == NO_MATCH, num_points, choice)].set(True, mode="drop")
+        return chosen.at[sequence[step], lane].set(choice), taken
 
     # A loop, although it is short: unrolled over 18 columns it compiles for most of a minute.
-    chosen = jnp.full(table.shape[1::-1], NO_MATCH, jnp.int32)
-    chosen = lax.fori_loop(0, table.shape[1], choose, chosen)
-    back = jnp.argsort(sequence, axis=1)
-    return jnp.take_along_axis(chosen.T, back, axis=1)
+    nothing = jnp.full(sequence.shape, NO_MATCH, jnp.int32), jnp.zeros((len(lane), num_points), bool)
+    return lax.fori_loop(0, len(sequence), choose, nothing)[0]
 
 
 class _Lanes(NamedTuple):
@@ -126,6 +129,14 @@ class _Lanes(NamedTuple):
     assigned: Int[Array, "columns lanes"]
     tried: Int[Array, "columns lanes"]  # candidates of each column used up
     fits: Int[Array, " lanes"]
+
+
+class _Fitted(NamedTuple):
+    """What iteration leaves of each table."""
+
+    assigned: Int[Array, "tables columns"]
+    predicted: Float[Array, "tables columns 3"]
+    posed: Bool[Array, " tables"]
 
 
 def _iterate(problems: Problems, ranked: Hypotheses, table, start, count, score: AbstractMatchScore):
@@ -148,19 +159,21 @@ def _iterate(problems: Problems, ranked: Hypotheses, table, start, count, score:
         ), jnp.minimum(following + jnp.sum(idle, dtype=jnp.int32), count)
 
     def step(state):
-        lanes, following, out_assigned, out_fits = state
+        lanes, following, out, out_fits = state
         row = jnp.minimum(lanes.row, rows - 1)
         request = ranked.request[row]
         there = lanes.assigned != NO_MATCH
         data = flat_points[request[None] * num_points + jnp.maximum(lanes.assigned, 0)].transpose(0, 2, 1)
-        residual = _residuals(problems.shape[request].transpose(1, 2, 0), data, there)
+        fit, predicted, residual = _fit(problems.shape[request].transpose(1, 2, 0), data, there)
         scale = problems.scale[request].T
         error = _score(score, residual, scale, there)
         num_there = jnp.sum(there, axis=0, dtype=jnp.int32)
         done = (error < 1.0) | (num_there <= MIN_FIT_POINTS) | (lanes.row >= rows)
         moved = _replace_worst(lanes, residual / scale, there, table, row)
         target = jnp.where(done, lanes.row, rows)
-        out_assigned = out_assigned.at[target].set(lanes.assigned.T, mode="drop")
+        posed = (fit.rank >= 2) & (num_there >= MIN_FIT_POINTS)
+        found = _Fitted(lanes.assigned.T, predicted.transpose(2, 0, 1), posed)
+        out = _Fitted(*(whole.at[target].set(part, mode="drop") for whole, part in zip(out, found)))
         out_fits = out_fits.at[target].set(lanes.fits + 1, mode="drop")
         lanes = _Lanes(
             lanes.row,
@@ -169,7 +182,7 @@ def _iterate(problems: Problems, ranked: Hypotheses, table, start, count, score:
             lanes.fits + 1,
         )
         lanes, following = fill(lanes, done, following)
-        return lanes, following, out_assigned, out_fits
+        return lanes, following, out, out_fits
 
     nothing = _Lanes(
         jnp.full(num_lanes, rows, jnp.int32),
@@ -178,7 +191,8 @@ def _iterate(problems: Problems, ranked: Hypotheses, table, start, count, score:
         jnp.zeros(num_lanes, jnp.int32),
     )
     lanes, following = fill(nothing, jnp.ones(num_lanes, bool), jnp.int32(0))
-    state = lanes, following, jnp.full_like(start, NO_MATCH), jnp.zeros(rows, jnp.int32)
+    empty = _Fitted(start, jnp.zeros((rows, columns, 3), problems.points.dtype), jnp.zeros(rows, bool))
+    state = lanes, following, empty, jnp.zeros(rows, jnp.int32)
     state = lax.while_loop(lambda s: jnp.any(s[0].row < rows), step, state)
     return state[2], state[3]
 
@@ -204,32 +218,29 @@ def _replace_worst(lanes: _Lanes, badness, there, table, row) -> _Lanes:
     )
 
 
-def _residuals(shape, data, there):
-    """Residuals of the rigid fit (mm), 0 where there is no match; lanes last."""
-    predicted = _predict(rigid_fit_lanes(shape, data, there.astype(shape.dtype)), shape)
-    return jnp.where(there, jnp.sqrt(jnp.sum((predicted - data) ** 2, axis=1)), 0.0)
-
-
-def _predict(fit: RigidFit, shape):
-    """Places of the shape's columns in the data's frame, lanes last."""
-    return rotate_lanes(fit.rotation, shape) + fit.translation[None]
+def _fit(shape, data, there):
+    """The rigid fit, where it puts the columns, and their residuals (mm), 0 where there is no match; lanes last."""
+    fit = rigid_fit_lanes(shape, data, there.astype(shape.dtype))
+    predicted = rotate_lanes(fit.rotation, shape) + fit.translation[None]
+    return fit, predicted, jnp.where(there, jnp.sqrt(jnp.sum((predicted - data) ** 2, axis=1)), 0.0)
 
 
 def _score(score: AbstractMatchScore, residual, scale, there):
     return jax.vmap(score, in_axes=(1, 1, 1))(residual, jnp.maximum(scale, 1e-6), there)
 
 
-def _finish(problems: Problems, ranked: Hypotheses, assigned, count, score: AbstractMatchScore):
+def _finish(problems: Problems, ranked: Hypotheses, fitted: _Fitted, count, score: AbstractMatchScore):
     """Completion by nearest neighbours (Fig. 3), the last fit, and whether Eqs. 4 and 5 hold."""
-    rows = assigned.shape[0]
+    rows = len(fitted.posed)
 
     def body(first, carry):
         request = _rows(ranked.request, first)
-        chunk = _finish_chunk(problems, request, _rows(assigned, first), score)
+        here = _Fitted(*(_rows(field, first) for field in fitted))
+        chunk = _finish_chunk(problems, request, here, score)
         return tuple(_put(array, rows, first) for array, rows in zip(carry, chunk))
 
     empty = (
-        jnp.full_like(assigned, NO_MATCH),
+        jnp.full_like(fitted.assigned, NO_MATCH),
         jnp.zeros(rows, jnp.int32),
         jnp.full(rows, jnp.inf, problems.points.dtype),
         jnp.zeros(rows, bool),
@@ -238,68 +249,93 @@ def _finish(problems: Problems, ranked: Hypotheses, assigned, count, score: Abst
     return _by_chunk(count, empty, body)
 
 
-def _finish_chunk(problems: Problems, request, assigned, score: AbstractMatchScore):
-    points, free = problems.points[request], problems.free[request]
+def _finish_chunk(problems: Problems, request, fitted: _Fitted, score: AbstractMatchScore):
+    """`_finish` of some rows; all arrays here have them on the minor axis."""
+    assigned, predicted, posed = fitted.assigned.T, fitted.predicted.transpose(1, 2, 0), fitted.posed
+    points = problems.points.transpose(2, 0, 1)
     shape = problems.shape[request].transpose(1, 2, 0)
-    scale, is_marker = problems.scale[request].T, problems.is_marker[request]
-    there = (assigned != NO_MATCH).T
-    data = _take(points, assigned)
-    fit = rigid_fit_lanes(shape, data, there.astype(shape.dtype))
-    posed = (fit.rank >= 2) & (jnp.sum(there, axis=0) >= MIN_FIT_POINTS)
-    lacking = jnp.any((assigned == NO_MATCH) & is_marker, axis=1) & posed
-    predicted = _predict(fit, shape).transpose(2, 0, 1)
-    wanted = is_marker & (problems.pinned[request] == NO_MATCH) & posed[:, None]
-    completed = _complete(predicted, points, free, assigned, problems.reach[request], wanted)
-    there = (completed != NO_MATCH).T
-    data = _take(points, completed)
-    residual = _residuals(shape, data, there)
-    error = jnp.where(
-        posed, _score(score, residual, scale, there), _distance_error(problems, request, completed, points)
+    is_marker = problems.is_marker[request].T
+    there = assigned != NO_MATCH
+    lost = ~there & is_marker & posed[None]
+    wanted = lost & (problems.pinned[request].T == NO_MATCH)
+    completed = _complete(problems, request, predicted, assigned, wanted)
+    there = completed != NO_MATCH
+    data = _take(points, request, completed)
+    error = _score(score, _fit(shape, data, there)[2], problems.scale[request].T, there)
+    error = lax.cond(
+        jnp.all(posed),
+        lambda error: error,
+        lambda error: jnp.where(posed, error, _distance_error(problems, request, data, there)),
+        error,
     )
-    matched = jnp.sum((completed != NO_MATCH) & is_marker, axis=1, dtype=jnp.int32)
+    matched = jnp.sum(there & is_marker, axis=0, dtype=jnp.int32)
     accepted = (error < 1.0) & (matched >= problems.need[request])
-    return completed, matched, error, accepted, lacking.astype(jnp.int32)
+    return completed.T, matched, error, accepted, jnp.any(lost, axis=0).astype(jnp.int32)
 
 
-def _take(points, assigned):
+def _take(points: Float[Array, "3 requests points"], request, assigned) -> Float[Array, "columns 3 lanes"]:
     """Points of each column, lanes last."""
-    return jnp.take_along_axis(points, jnp.maximum(assigned, 0)[:, :, None], axis=1).transpose(1, 2, 0)
+    return points[:, request[None], jnp.maximum(assigned, 0)].transpose(1, 0, 2)
 
 
-def _complete(predicted, points, free, assigned, reach, wanted):
+def _complete(problems: Problems, request, predicted, assigned, wanted):
     """Nearest unclaimed point within reach of each lost marker, nearest pairs first; no point twice.
 
-    As many rounds as there are columns would always do; a hypothesis that lacks more than a few is lost anyway.
+    As many rounds as there are columns would always do; a hypothesis that lacks more than a few is lost anyway. A
+    round takes one point, so each column needs to know no more of its nearest points than there are rounds.
     """
-    apart = predicted[:, :, None, :] - points[:, None, :, :]
-    distance = jnp.sqrt(jnp.sum(apart * apart, axis=-1))
-    point = jnp.arange(points.shape[1])[None]
-    column = jnp.arange(assigned.shape[1])[None]
-    claimed = jnp.any(assigned[:, :, None] == point[None], axis=1)
-    open_column = (assigned == NO_MATCH) & wanted
-    near = (distance <= reach[:, :, None]) & (free & ~claimed)[:, None, :] & open_column[:, :, None]
-    distance = jnp.where(near, distance, jnp.inf)
-    for _ in range(min(COMPLETIONS, assigned.shape[1])):
-        flat = distance.reshape(distance.shape[0], -1)
-        best = jnp.argmin(flat, axis=1)
-        found = jnp.take_along_axis(flat, best[:, None], axis=1)[:, 0] < jnp.inf
-        at_column, at_point = best // points.shape[1], (best % points.shape[1]).astype(assigned.dtype)
-        here = (column == at_column[:, None]) & found[:, None]
-        assigned = jnp.where(here, at_point[:, None], assigned)
-        gone = here[:, :, None] | ((point == at_point[:, None]) & found[:, None])[:, None, :]
-        distance = jnp.where(gone, jnp.inf, distance)
-    return assigned
+    lists = _nearest(problems, request, predicted, assigned, wanted)
+
+    def complete(_, state):
+        distance, point, assigned = state
+        flat = distance.reshape(-1, len(request))  # by column, then by distance and index: the order of ties
+        best = jnp.argmin(flat, axis=0)[None]
+        found = jnp.take_along_axis(flat, best, axis=0) < jnp.inf
+        at_point = jnp.take_along_axis(point.reshape(flat.shape), best, axis=0)
+        here = (jnp.arange(len(assigned))[:, None] == best // COMPLETIONS) & found
+        gone = here[:, None] | ((point == at_point[None]) & found[None])
+        return jnp.where(gone, jnp.inf, distance), point, jnp.where(here, at_point, assigned)
+
+    return lax.fori_loop(0, COMPLETIONS, complete, (*lists, assigned))[2]
+
+
+def _nearest(problems: Problems, request, predicted, assigned, wanted):
+    """The `COMPLETIONS` nearest free points within reach of each wanted column: distances (infinite: none), points."""
+    points = problems.points.transpose(2, 0, 1)[:, request]
+    number = jnp.arange(points.shape[2], dtype=jnp.int32)[None]
+    columns = end_of(jnp.any(problems.is_column, axis=0))
+
+    def claim(column, unclaimed):
+        return unclaimed & (number != assigned[column][:, None])
+
+    unclaimed = lax.fori_loop(0, columns, claim, problems.free[request])
+    reach = problems.reach[request].T
+
+    def search(column, lists):
+        apart = jnp.sqrt(sum((predicted[column, k][:, None] - points[k]) ** 2 for k in range(3)))
+        near = unclaimed & (apart <= reach[column][:, None]) & wanted[column][:, None]
+        distance, point = lax.top_k(jnp.where(near, -apart, -jnp.inf), COMPLETIONS)
+        return tuple(x.at[column].set(y.T) for x, y in zip(lists, (-distance, point)))
+
+    size = (len(wanted), COMPLETIONS, len(request))
+    return lax.fori_loop(0, columns, search, (jnp.full(size, jnp.inf), jnp.zeros(size, jnp.int32)))
 
 
 COMPLETIONS = 4  # rounds of completion
 
 
-def _distance_error(problems: Problems, request, assigned, points):
+def _distance_error(problems: Problems, request, data, there):
     """Mean error of the matched pair distances over their tolerance, for matches that have no pose."""
-    there = assigned != NO_MATCH
-    place = jnp.take_along_axis(points, jnp.maximum(assigned, 0)[:, :, None], axis=1)
-    apart = place[:, :, None, :] - place[:, None, :, :]
-    error = jnp.abs(jnp.sqrt(jnp.sum(apart * apart, axis=-1)) - problems.distance[request])
-    pairs = there[:, :, None] & there[:, None, :] & ~jnp.eye(assigned.shape[1], dtype=bool)[None]
-    total = jnp.sum(jnp.where(pairs, error / problems.tolerance[request], 0.0), axis=(1, 2))
-    return total / jnp.maximum(jnp.sum(pairs, axis=(1, 2), dtype=total.dtype), 1.0)
+    distance, tolerance = problems.distance[request].T, problems.tolerance[request].T
+
+    def add(column, state):
+        total, pairs = state
+        apart = jnp.sqrt(jnp.sum((data - data[column][None]) ** 2, axis=1))
+        error = jnp.abs(apart - distance[column]) / tolerance[column]
+        counts = there & there[column][None] & (jnp.arange(len(there)) != column)[:, None]
+        total += jnp.sum(jnp.where(counts, error, 0.0), axis=0)
+        return total, pairs + jnp.sum(counts, axis=0, dtype=total.dtype)
+
+    nothing = jnp.zeros(request.shape, data.dtype)
+    total, pairs = lax.fori_loop(0, len(there), add, (nothing, nothing))
+    return total / jnp.maximum(pairs, 1.0)
