@@ -51,7 +51,14 @@ def _parser() -> argparse.ArgumentParser:
     label = commands.add_parser("label", help="labels recordings")
     label.add_argument("inputs", nargs="+", type=Path, metavar="INPUT", help="C3D or TRC file, or a folder of them")
     label.add_argument("-o", dest="out", type=Path, required=True, metavar="OUT", help="folder for the results")
-    label.add_argument("--model", type=Path, metavar="MODEL", help="otherwise the nearest model.json of each file")
+    label.add_argument(
+        "--model",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="MODEL",
+        help="once for each subject; otherwise the nearest model.json of each file",
+    )
     label.add_argument("--method", choices=("full", "paper", "static"), help="how to label (default: full)")
     label.add_argument("--settings", type=Path, metavar="FILE", help="TOML file with the method and its parameters")
     label.add_argument("--force", action="store_true", help="overwrite earlier results")
@@ -106,8 +113,9 @@ def _read_labelled(path: Path) -> Recording:
 
 def _label(arguments: argparse.Namespace) -> int:
     settings = _settings(arguments)
-    if arguments.model and not arguments.model.is_file():
-        raise UsageError(f"{arguments.model}: there is no such model; make one with 'dshpm-jax model'")
+    for model in arguments.model:
+        if not model.is_file():
+            raise UsageError(f"{model}: there is no such model; make one with 'dshpm-jax model'")
     jobs = find_jobs(arguments.inputs, arguments.model, arguments.out)
     _cache_programs()
     outcomes = label_archive(jobs, arguments.out, settings, arguments.force)

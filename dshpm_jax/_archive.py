@@ -18,6 +18,7 @@ from dshpm_jax._labelling import Labelling
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._recording import Recording
 from dshpm_jax._settings import Settings
+from dshpm_jax._subjects import combine_models
 from dshpm_jax._types import NO_MATCH
 from dshpm_jax.io._atomic import write_whole
 
@@ -42,13 +43,13 @@ class Job:
     Attributes:
         source: the recording.
         target: the labelled file, relative to the folder of the results.
-        model: its model; None where none was found.
+        models: its subjects' models; none where none was found.
         problem: why it cannot be labelled at all, or nothing.
     """
 
     source: Path
     target: Path
-    model: Path | None = None
+    models: tuple[Path, ...] = ()
     problem: str = ""
 
     @property
@@ -76,10 +77,11 @@ class Outcome:
         return row | ({"message": self.message} if self.message else {}) | self.hashes | self.figures
 
 
-def find_jobs(inputs: Sequence[Path], model: Path | None, out: Path) -> list[Job]:
+def find_jobs(inputs: Sequence[Path], models: Sequence[Path], out: Path) -> list[Job]:
     """Every recording of `inputs`, files or folders (searched recursively), in the order of their names.
 
-    A recording's model is `model`, or else the nearest `model.json` in its folder or above, up to the input given.
+    A recording shows the subjects of `models`, or else that of the nearest `model.json` in its folder or above, up to
+    the input given.
     Results keep their places relative to the input folder. `out` itself is not searched.
     """
     if out.exists() and not out.is_dir():
@@ -87,13 +89,22 @@ def find_jobs(inputs: Sequence[Path], model: Path | None, out: Path) -> list[Job
     for folder in inputs:
         if folder.is_dir() and folder.resolve() == out.resolve():
             raise UsageError(f"{out}: is an input; give another folder for the results, inside it if you like")
-    jobs = [job for given in inputs for job in _jobs_of(given, model, out)]
+    subjects(models)
+    jobs = [job for given in inputs for job in _jobs_of(given, tuple(models), out)]
     jobs = _without_clashes(list({job.source.resolve(): job for job in jobs}.values()))
     originals = {job.source.resolve() for job in jobs}
     for job in jobs:
         if (out / job.target).resolve() in originals:
             raise UsageError(f"{out / job.target}: would overwrite an input; give another folder for the results")
     return jobs
+
+
+def subjects(models: Sequence[Path]) -> list[str]:
+    """What the subjects of several models are called: like the files, or their folders where those are `model.json`."""
+    names = [path.stem if path.name != MODEL_NAME else path.resolve().parent.name for path in models]
+    if twice := next((name for name in names if names.count(name) > 1), None):
+        raise UsageError(f"two of the models are of a subject called '{twice}'; rename one of the files")
+    return names
 
 
 def label_archive(jobs: Sequence[Job], out: Path, settings: Settings, force: bool = False) -> Iterator[Outcome]:
@@ -120,22 +131,22 @@ def label_archive(jobs: Sequence[Job], out: Path, settings: Settings, force: boo
         raise UsageError(f"{out}: cannot be written ({error.strerror}); give another folder for the results") from None
 
 
-def _jobs_of(given: Path, model: Path | None, out: Path) -> list[Job]:
+def _jobs_of(given: Path, models: tuple[Path, ...], out: Path) -> list[Job]:
     if not given.is_dir():
         problem = "" if given.exists() else "there is no such file or folder; check the path"
-        return [_job(given, Path(given.name), model or _nearest_model(given.parent, given.parent), problem)]
+        return [_job(given, Path(given.name), models or _nearest_model(given.parent, given.parent), problem)]
     found = [
-        _job(path, path.relative_to(given), model or _nearest_model(path.parent, given))
+        _job(path, path.relative_to(given), models or _nearest_model(path.parent, given))
         for path in _recordings(given, out.resolve())
     ]
     kinds = " or ".join(io.SUFFIXES)
-    return found or [Job(given, Path(given.name), None, f"no recordings in this folder; expected files in {kinds}")]
+    return found or [Job(given, Path(given.name), (), f"no recordings in this folder; expected files in {kinds}")]
 
 
-def _job(source: Path, place: Path, model: Path | None, problem: str = "") -> Job:
-    if model is None and not problem:
+def _job(source: Path, place: Path, models: tuple[Path, ...], problem: str = "") -> Job:
+    if not models and not problem:
         problem = f"no {MODEL_NAME} in its folder or above; give --model or make one with 'dshpm-jax model'"
-    return Job(source, place.with_name(f"{place.stem}.c3d"), model, problem)
+    return Job(source, place.with_name(f"{place.stem}.c3d"), models, problem)
 
 
 def _recordings(folder: Path, out: Path) -> Iterator[Path]:
@@ -146,13 +157,13 @@ def _recordings(folder: Path, out: Path) -> Iterator[Path]:
                 yield Path(here) / name
 
 
-def _nearest_model(folder: Path, top: Path) -> Path | None:
+def _nearest_model(folder: Path, top: Path) -> tuple[Path, ...]:
     for here in (folder, *folder.parents):
         if (here / MODEL_NAME).is_file():
-            return here / MODEL_NAME
+            return (here / MODEL_NAME,)
         if here == top:
-            return None
-    return None
+            break
+    return ()
 
 
 def _without_clashes(jobs: list[Job]) -> list[Job]:
@@ -209,7 +220,7 @@ class _Run:
     def __init__(self, out: Path, settings: Settings, force: bool):
         self.out, self.settings, self.force = out, settings, force
         self.settings_hash = _hash(json.dumps([version("dshpm-jax"), dataclasses.asdict(settings)]).encode())
-        self.models: dict[Path, tuple[SubjectModel, str]] = {}
+        self.models: dict[tuple[Path, ...], tuple[SubjectModel, str]] = {}
 
     def label(self, batch: Sequence[Job]) -> Iterator[Outcome]:
         loaded: list[_Loaded] = []
@@ -227,9 +238,9 @@ class _Run:
 
     def _load(self, job: Job) -> _Loaded | Outcome:
         """Reads a job's files, or finds that there is nothing to do."""
-        if job.problem or job.model is None:
+        if job.problem or not job.models:
             return Outcome(job, FAILED, f"{job.source}: {job.problem}")
-        model, model_hash = self._model(job.model)
+        model, model_hash = self._model(job.models)
         hashes = {"sha256": _hash_file(job.source), "settings": self.settings_hash, "model": model_hash}
         target, head = self.out / job.target, io.read_sidecar_head(self.out / job.sidecar)
         if target.exists() and head is None:
@@ -243,10 +254,17 @@ class _Run:
             return Outcome(job, KEPT, f"{target}: {what}; say --force to do so", hashes)
         return _Loaded(job, io.read(job.source), model, hashes)
 
-    def _model(self, path: Path) -> tuple[SubjectModel, str]:
-        if path not in self.models:
-            self.models[path] = io.read_model(path), _hash_file(path)
-        return self.models[path]
+    def _model(self, paths: tuple[Path, ...]) -> tuple[SubjectModel, str]:
+        """The model of the subjects of `paths`, and a hash that tells it from others."""
+        if paths not in self.models:
+            found, hashes = [io.read_model(path) for path in paths], [_hash_file(path) for path in paths]
+            if len(paths) == 1:
+                self.models[paths] = found[0], hashes[0]
+            else:
+                names = subjects(paths)
+                told = _hash(json.dumps([names, hashes]).encode())
+                self.models[paths] = combine_models(dict(zip(names, found))), told
+        return self.models[paths]
 
     def _answers(self, loaded: Sequence[_Loaded]) -> Iterator[Labelling | Exception]:
         """Labels a batch together; where that raises, what is left of it one by one."""
@@ -284,7 +302,7 @@ class _Run:
         figures = _figures(labelling)
         share = figures["completeness"]
         if share < self.settings.completeness:
-            message = f"{job.source}: only {share:.1%} of its markers found; check that {job.model} is its model"
+            message = f"{job.source}: only {share:.1%} of its markers found; check that {_list(job.models)} is right"
             return Outcome(job, PARTLY, message, item.hashes, figures)
         return Outcome(job, LABELLED, "", item.hashes, figures)
 
@@ -301,6 +319,10 @@ def _figures(labelling: Labelling) -> dict[str, Any]:
         "completeness": round(labelled / max(1, recording.num_frames * labelling.model.num_markers), 4),
         "stats": labelling.stats,
     }
+
+
+def _list(models: Sequence[Path]) -> str:
+    return " and ".join(map(str, models))
 
 
 def _failed(job: Job, error: Exception, hashes: dict[str, str] | None = None) -> Outcome:

@@ -1,6 +1,6 @@
 """`label` and `label_many`: the one engine behind the command, the notebooks and the tests."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -11,23 +11,29 @@ from dshpm_jax._model import SubjectModel
 from dshpm_jax._pretracking import pretrack
 from dshpm_jax._recording import Recording
 from dshpm_jax._settings import Settings
+from dshpm_jax._subjects import combine_models
 from dshpm_jax._trajectories import Trajectories, from_columns
 
 
 def label(
-    recording: Recording, model: SubjectModel, settings: Settings | None = None, driver: Driver | None = None
+    recording: Recording,
+    model: SubjectModel | Sequence[SubjectModel] | Mapping[str, SubjectModel],
+    settings: Settings | None = None,
+    driver: Driver | None = None,
 ) -> Labelling:
-    """Labels one recording against the model of its subject.
+    """Labels one recording against the model of its subject, or the models of all its subjects.
 
     Arguments:
         recording: points in millimetres; names that its columns already carry are ignored.
-        model: see `SubjectModel.from_recordings`.
+        model: see `SubjectModel.from_recordings`; for several subjects a model of each, best with their names, which
+            go before the markers' names (see `combine_models`).
         settings: the method and its parameters.
         driver: holds the scores (`Driver(candidate_score=..., match_score=...)`).
 
     Raises:
         ValueError: the recording has no points.
     """
+    model = model if isinstance(model, SubjectModel) else combine_models(model)
     return next(label_many([recording], model, settings, driver))
 
 
@@ -40,7 +46,7 @@ def label_many(
     """Labels recordings side by side, so that their kernels share batches; the labels are those of `label`.
 
     Arguments:
-        models: one for all, or one for each recording.
+        models: one for all, or one for each recording; `combine_models` makes one of several subjects.
 
     Yields:
         a `Labelling` for each recording, in order.

@@ -48,7 +48,7 @@ def archive(tmp_path) -> Path:
 
 
 def run(archive, out, force=False, settings=None):
-    outcomes = list(label_archive(find_jobs([archive], None, out), out, settings or Settings(), force))
+    outcomes = list(label_archive(find_jobs([archive], (), out), out, settings or Settings(), force))
     return {o.job.target.as_posix(): o for o in outcomes}
 
 
@@ -57,18 +57,18 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 def test_jobs_and_their_models(archive, tmp_path):
-    jobs = find_jobs([archive], None, tmp_path / "out")
-    assert [(j.target.as_posix(), j.model and j.model.parent.name) for j in jobs] == [
-        ("ann/walk.c3d", "ann"),
-        ("ann/day 2/walk.c3d", "ann"),
-        ("bob/run.c3d", "bob"),
-        ("eve/jump.c3d", None),
+    jobs = find_jobs([archive], (), tmp_path / "out")
+    assert [(j.target.as_posix(), [m.parent.name for m in j.models]) for j in jobs] == [
+        ("ann/walk.c3d", ["ann"]),
+        ("ann/day 2/walk.c3d", ["ann"]),
+        ("bob/run.c3d", ["bob"]),
+        ("eve/jump.c3d", []),
     ]
     assert "no model.json" in jobs[3].problem
     # An input's own folder is the highest that is asked for a model.
-    assert find_jobs([archive / "ann" / "day 2"], None, tmp_path / "out")[0].model is None
+    assert find_jobs([archive / "ann" / "day 2"], (), tmp_path / "out")[0].models == ()
     given = archive / "bob" / "model.json"
-    assert {j.model for j in find_jobs([archive], given, tmp_path / "out")} == {given}
+    assert {j.models for j in find_jobs([archive], [given], tmp_path / "out")} == {(given,)}
 
 
 def test_a_folder_mirrored(archive, tmp_path, labeller):
@@ -152,11 +152,11 @@ def test_files_that_are_not_ours_stay(archive, tmp_path, labeller):
 
 def test_originals_are_never_overwritten(archive, tmp_path):
     with pytest.raises(UsageError, match="is an input"):
-        find_jobs([archive], None, archive)
+        find_jobs([archive], (), archive)
     with pytest.raises(UsageError, match="would overwrite an input"):
-        find_jobs([archive / "bob" / "run.c3d"], None, archive / "bob")
+        find_jobs([archive / "bob" / "run.c3d"], (), archive / "bob")
     with pytest.raises(UsageError, match="is a file"):
-        find_jobs([archive], None, archive / "bob" / "run.c3d")
+        find_jobs([archive], (), archive / "bob" / "run.c3d")
 
 
 def test_results_inside_an_input_are_no_input(archive, labeller):
@@ -168,12 +168,12 @@ def test_results_inside_an_input_are_no_input(archive, labeller):
 def test_two_recordings_with_one_result(archive, tmp_path):
     path = archive / "ann" / "walk.trc"
     path.write_text("")
-    problems = {j.source.name: j.problem for j in find_jobs([archive / "ann"], None, tmp_path / "out")}
+    problems = {j.source.name: j.problem for j in find_jobs([archive / "ann"], (), tmp_path / "out")}
     assert problems["walk.c3d"] == "" and "would overwrite that of" in problems["walk.trc"]
 
 
 def test_a_file_given_twice_is_labelled_once(archive, tmp_path):
-    assert len(find_jobs([archive / "bob", archive / "bob" / "run.c3d"], None, tmp_path / "out")) == 1
+    assert len(find_jobs([archive / "bob", archive / "bob" / "run.c3d"], (), tmp_path / "out")) == 1
 
 
 def test_few_labels_are_not_success(archive, tmp_path, labeller):
@@ -202,3 +202,18 @@ def test_batches_are_bounded(tmp_path, labeller):
     outcomes = run(folder, tmp_path / "out")
     assert labeller == [16, 4] and list(outcomes) == [f"{k:02}.c3d" for k in range(20)]
     assert np.all([o.ok for o in outcomes.values()])
+
+
+def test_several_subjects_in_one_recording(archive, tmp_path, labeller):
+    io.write_model(make_model(["LASI", "NOSE"]), archive / "ann.json")
+    models = [archive / "bob" / "model.json", archive / "ann.json"]
+    out = tmp_path / "out"
+    (outcome,) = label_archive(find_jobs([archive / "bob" / "run.c3d"], models, out), out, Settings())
+    assert outcome.figures["completeness"] == 0  # the stand-in looks for names without a subject
+    assert io.read_sidecar_head(out / "run.labels.json")["markers"] == [
+        *(f"bob:{marker}" for marker in MARKERS),
+        "ann:LASI",
+        "ann:NOSE",
+    ]
+    with pytest.raises(UsageError, match="two of the models are of a subject called 'ann'"):
+        find_jobs([archive], [archive / "ann" / "model.json", archive / "ann.json"], out)

@@ -10,7 +10,7 @@ PACKAGE = Path(__file__).resolve().parents[1] / "dshpm_jax"
 LEVELS = [
     {"_types"},
     {"_recording", "_trajectories", "_hierarchy", "_settings", "_model_building"},
-    {"_model", "_scoring"},
+    {"_model", "_scoring", "_subjects"},
     {"_labelling", "_requests"},
     {"_kernels", "io", "synthesis"},
     {"_driver", "_control", "_pretracking"},

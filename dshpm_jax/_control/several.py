@@ -1,0 +1,81 @@
+"""Moves between several subjects in one recording.
+
+Bodies side by side in like markers fit each other's limbs nearly as well as their own, and a limb that is exchanged as
+a whole agrees with itself: no exchange of single labels leads out. So whole segments, limbs and bodies are exchanged.
+"""
+
+from collections.abc import Iterator
+from itertools import combinations
+
+import numpy as np
+from jaxtyping import Int
+from scipy.sparse.csgraph import connected_components
+
+from dshpm_jax._control.moves import Move, apply_moves, judge_moves
+from dshpm_jax._control.scene import Scene
+from dshpm_jax._control.settling import State, improve, settle
+from dshpm_jax._hierarchy import Segment, children
+from dshpm_jax._requests import Control
+from dshpm_jax._subjects import subjects_of
+from dshpm_jax._types import NO_MATCH
+
+EXCHANGE_ROUNDS = 6
+
+
+def tell_apart(scene: Scene, state: State, frames: np.ndarray) -> Control:
+    """Exchanges parts of subjects for as long as that pays; returns the best `State`."""
+    exchanges = list(_exchanges(scene))
+    for _ in range(EXCHANGE_ROUNDS if exchanges else 0):
+        moves = [move for to in exchanges for move in _moves(scene, state.identity, to)]
+        if not moves:
+            return state
+        worth = yield from judge_moves(scene, state.identity, moves, frames, state.frames)
+        changed = apply_moves(state.identity, moves, worth)
+        if (changed == state.identity).all():
+            return state
+        following = yield from settle(scene, changed, frames, state.frames)
+        following = yield from improve(scene, following, frames)
+        if following.worth <= state.worth:
+            return state
+        state = following
+    return state
+
+
+def _exchanges(scene: Scene) -> Iterator[Int[np.ndarray, " markers"]]:
+    """For every two subjects and each part of their bodies, what each marker becomes if that part is exchanged."""
+    markers, segments = scene.model.markers, scene.model.segments
+    place = {name: k for k, name in enumerate(markers)}
+    done = set()
+    for one, other in combinations(subjects_of(scene.model), 2):
+        for part in _parts(segments):
+            to = np.arange(len(markers))
+            for k in part:
+                subject, _, name = markers[k].rpartition(":")
+                twin = place.get(f"{other}:{name}") if subject == one else None
+                if twin is not None:
+                    to[k], to[twin] = twin, k
+            if to.tobytes() not in done and (to != np.arange(len(markers))).any():
+                done.add(to.tobytes())
+                yield to
+
+
+def _parts(segments: tuple[Segment, ...]) -> Iterator[set[int]]:
+    """The markers of each segment alone, then with all that hangs from it."""
+    for s, segment in enumerate(segments):
+        yield set(segment.markers)
+        below, waiting = set(segment.markers), children(segments, s)
+        while waiting:
+            here = waiting.pop()
+            below |= set(segments[here].markers)
+            waiting += children(segments, here)
+        yield below
+
+
+def _moves(scene: Scene, identity: np.ndarray, to: np.ndarray) -> list[Move]:
+    """One exchange in each stretch of time that no trajectory of the part bridges."""
+    t = scene.trajectories
+    touched = np.flatnonzero((identity != NO_MATCH) & (to[identity] != identity))
+    start, stop = t.start[touched], t.stop[touched]
+    count, stretch = connected_components((start[:, None] < stop[None]) & (start[None] < stop[:, None]), directed=False)
+    groups = [touched[stretch == k] for k in range(count)]
+    return [Move(group, to[identity[group]], 0.0) for group in groups]
