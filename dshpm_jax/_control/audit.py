@@ -1,15 +1,16 @@
 """Audits labels that are there: where others explain the recording decidedly better, and where none fits."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Int
+from jaxtyping import Bool, Float, Int
 from scipy.sparse.csgraph import connected_components
 
 from dshpm_jax._control.evidence import ACCEPT, FrameEvidence, frame_evidence, labels_in, sample_frames
-from dshpm_jax._control.full import State, full, improve, settle
+from dshpm_jax._control.full import full
 from dshpm_jax._control.moves import Move, judge_moves
 from dshpm_jax._control.scene import Scene
+from dshpm_jax._control.settling import State, improve, settle
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._pretracking import unbroken_columns
 from dshpm_jax._recording import Recording
@@ -20,6 +21,10 @@ from dshpm_jax._types import NO_MATCH
 
 BREAK = 5.0
 """Nats by which the evidence for a column's own label changes within a frame where its point becomes another's."""
+
+LEAP = 10.0
+"""Millimetres by which the point then leaves its course. Evidence also breaks where neighbours come and go, but a point
+that goes on smoothly is no other marker than before."""
 
 DECISIVE = 8.0
 """Nats by which other labels must beat those of the file in a single frame. Frames of one life repeat one another: the
@@ -72,6 +77,7 @@ def audit(recording: Recording, model: SubjectModel, settings: Settings) -> Cont
     groups = _groups(tracks, given, state.identity)
     back = [Move(group, given[group], 0.0) for group in groups]
     loss = (yield from judge_moves(scene, state.identity, back, frames, state.frames)) if back else []
+    state = replace(state, identity=_without_smooth_changes(recording, tracks, given, state.identity))
     found = [d for group, lost in zip(groups, loss) for d in _doubts(tracks, state, given, group, -lost, frames)]
     return _joined(sorted(found, key=lambda d: (d.column, d.first)), recording)
 
@@ -95,6 +101,31 @@ def _tracks(recording: Recording, model: SubjectModel, settings: Settings, names
         broken = np.abs(np.diff(own, axis=0)) > BREAK
     links[:-1][broken] = NO_MATCH
     return from_columns(points, recording.rate, links)
+
+
+def _leaps(points: Float[np.ndarray, "frames points 3"]) -> Float[np.ndarray, "steps points"]:
+    """How far each step leaves the course, the step before once more or standing still (mm); 0 at gaps."""
+    step = np.diff(points, axis=0)
+    before = np.zeros_like(step)
+    before[1:] = np.nan_to_num(step[:-1])
+    return np.nan_to_num(np.linalg.norm(step - before, axis=-1))
+
+
+def _without_smooth_changes(
+    recording: Recording, tracks: Trajectories, given: np.ndarray, found: np.ndarray
+) -> Int[np.ndarray, " trajectories"]:
+    """`found` with the label given wherever a column would change its label without a leap of its point."""
+    smooth = _leaps(recording.points) <= LEAP
+    kept = found.copy()
+    at = np.full(recording.points.shape[:2], NO_MATCH)
+    frame, slot = np.nonzero(tracks.index != NO_MATCH)
+    at[frame, tracks.column[frame, slot]] = tracks.index[frame, slot]
+    frame, column = np.nonzero(smooth & (at[:-1] != at[1:]) & (at[:-1] != NO_MATCH) & (at[1:] != NO_MATCH))
+    for one, other in zip(at[frame, column], at[frame + 1, column]):
+        for changed, same in ((one, other), (other, one)):
+            if found[same] == given[same] and found[changed] != NO_MATCH:
+                kept[changed] = given[changed]
+    return kept
 
 
 def _groups(tracks: Trajectories, given: np.ndarray, found: np.ndarray) -> list[Int[np.ndarray, " trajectories"]]:
