@@ -21,7 +21,7 @@ class Finding:
         label: its name in the recording; a capture system's placeholder, or nothing, where it has none.
         column: its place in the recording.
         first, last: frames, counted from 0; both belong to the range.
-        should_be: the marker that it is, None if it is no marker of the model.
+        should_be: the marker that it is, None if it is no marker of the model, or has leapt off its place.
         confidence: 0 to 1, how sure that is.
     """
 
@@ -36,7 +36,8 @@ class Finding:
 def check(
     recording: Recording, model: SubjectModel, settings: Settings | None = None, driver: Driver | None = None
 ) -> list[Finding]:
-    """What is wrong with the labels of a recording: exchanged, on another marker's point, on no marker, or lacking.
+    """What is wrong with the labels of a recording: exchanged, on another marker's point, on no marker, or lacking;
+    and where a labelled point leaps off its place for some frames.
 
     Only what is decisively better otherwise is reported, so that sound labels are left in peace, and so may be a few
     wrong ones. Labels that the model does not know are taken for none.

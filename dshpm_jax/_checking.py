@@ -62,7 +62,7 @@ def _line(path: Path, finding: Finding, offset: int) -> str:
     frames = f"frames {finding.first + offset}-{finding.last + offset}"
     if finding.first == finding.last:
         frames = f"frame {finding.first + offset}"
-    what = f"should be {finding.should_be}" if finding.should_be else "is no marker there"
+    what = f"should be {finding.should_be}" if finding.should_be else "fits no marker there"
     return (
         f"{path}: {finding.label or 'a column without a name'}, {frames}, {what} (confidence {finding.confidence:.3f})"
     )

@@ -55,6 +55,12 @@ def test_a_label_that_goes_over_to_a_ghost_and_a_marker_without_a_name():
     assert said(check(wrong, model())) == [("RANK", 40, 89, None), ("*1", 40, 89, "RANK")]
 
 
+def test_a_point_that_leaps_off_its_place():
+    points = SOUND.points.copy()
+    points[50:52, SOUND.labels.index("LFHD")] += (0.0, 0.0, 70.0)
+    assert said(check(replace(SOUND, points=points), model())) == [("LFHD", 50, 51, None)]
+
+
 def test_labels_of_nobody_are_refused():
     with pytest.raises(ValueError, match="none of its labels is in the model"):
         check(replace(SOUND, labels=tuple(f"M{k}x" for k in range(34))), model())

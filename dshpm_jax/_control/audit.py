@@ -3,13 +3,14 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Int
 from scipy.sparse.csgraph import connected_components
 
 from dshpm_jax._control.evidence import ACCEPT, FrameEvidence, frame_evidence, labels_in, sample_frames
 from dshpm_jax._control.full import State, full, improve, settle
 from dshpm_jax._control.moves import Move, judge_moves
 from dshpm_jax._control.scene import Scene
+from dshpm_jax._control.slips import LEAP, leaps, slips
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._pretracking import unbroken_columns
 from dshpm_jax._recording import Recording
@@ -20,10 +21,6 @@ from dshpm_jax._types import NO_MATCH
 
 BREAK = 5.0
 """Nats by which the evidence for a column's own label changes within a frame where its point becomes another's."""
-
-LEAP = 10.0
-"""Millimetres by which the point then leaves its course. Evidence also breaks where neighbours come and go, but a point
-that goes on smoothly is no other marker than before."""
 
 DECISIVE = 8.0
 """Nats by which other labels must beat those of the file in a single frame. Frames of one life repeat one another: the
@@ -46,8 +43,8 @@ class Doubt:
     Attributes:
         column: of the recording.
         first, last: frames, both belong to it.
-        should_be: the marker that the point is, `NO_MATCH` if it is none.
-        nats: how decisive that is; see `DECISIVE`.
+        should_be: the marker that the point is, `NO_MATCH` if it is none, or off its place.
+        nats: how decisive that is; see `DECISIVE` and `SLIPS`.
     """
 
     column: int
@@ -78,6 +75,11 @@ def audit(recording: Recording, model: SubjectModel, settings: Settings) -> Cont
     loss = (yield from judge_moves(scene, state.identity, back, frames, state.frames)) if back else []
     state = replace(state, identity=_without_smooth_changes(recording, tracks, given, state.identity))
     found = [d for group, lost in zip(groups, loss) for d in _doubts(tracks, state, given, group, -lost, frames)]
+    sound = np.where(state.identity == given, given, NO_MATCH)
+    own = yield from _own_evidence(scene, state.identity, recording.points.shape[:2])
+    own[_named(tracks, sound, own.shape) == NO_MATCH] = np.nan
+    off = slips(own, leaps(recording.points), recording.rate)
+    found += [Doubt(column, first, last, NO_MATCH, fall) for column, first, last, fall in off]
     return _joined(sorted(found, key=lambda d: (d.column, d.first)), recording)
 
 
@@ -90,35 +92,40 @@ def _tracks(recording: Recording, model: SubjectModel, settings: Settings, names
     points = recording.points
     links = unbroken_columns(points, recording.rate)
     tracks = from_columns(points, recording.rate, links)
-    scene = Scene(tracks, model, settings)
-    frames = np.arange(tracks.num_frames)
-    found: FrameEvidence = yield from frame_evidence(scene, frames, labels_in(scene, names[_columns(tracks)], frames))
-    frame, slot = np.nonzero(found.named != NO_MATCH)
-    own = np.full(points.shape[:2], np.nan)
-    own[frame, tracks.column[frame, slot]] = found.evidence[frame, slot, found.named[frame, slot]]
+    own = yield from _own_evidence(Scene(tracks, model, settings), names[_columns(tracks)], points.shape[:2])
     with np.errstate(invalid="ignore"):
         broken = np.abs(np.diff(own, axis=0)) > BREAK
     links[:-1][broken] = NO_MATCH
     return from_columns(points, recording.rate, links)
 
 
-def _leaps(points: Float[np.ndarray, "frames points 3"]) -> Float[np.ndarray, "steps points"]:
-    """How far each step leaves the course, the step before once more or standing still (mm); 0 at gaps."""
-    step = np.diff(points, axis=0)
-    before = np.zeros_like(step)
-    before[1:] = np.nan_to_num(step[:-1])
-    return np.nan_to_num(np.linalg.norm(step - before, axis=-1))
+def _own_evidence(scene: Scene, identity: np.ndarray, shape: tuple[int, int]) -> Control:
+    """Evidence for the label of every labelled point of the recording, NaN for the others."""
+    tracks = scene.trajectories
+    frames = np.arange(tracks.num_frames)
+    found: FrameEvidence = yield from frame_evidence(scene, frames, labels_in(scene, identity, frames))
+    frame, slot = np.nonzero(found.named != NO_MATCH)
+    own = np.full(shape, np.nan)
+    own[frame, tracks.column[frame, slot]] = found.evidence[frame, slot, found.named[frame, slot]]
+    return own
+
+
+def _named(tracks: Trajectories, each: np.ndarray, shape: tuple[int, int]) -> Int[np.ndarray, "frames points"]:
+    """What `each` says of the trajectory of every point of the recording, `NO_MATCH` where there is none."""
+    found = np.full(shape, NO_MATCH)
+    frame, slot = np.nonzero(tracks.index != NO_MATCH)
+    found[frame, tracks.column[frame, slot]] = each[tracks.index[frame, slot]]
+    return found
 
 
 def _without_smooth_changes(
     recording: Recording, tracks: Trajectories, given: np.ndarray, found: np.ndarray
 ) -> Int[np.ndarray, " trajectories"]:
     """`found` with the label given wherever a column would change its label without a leap of its point."""
-    smooth = _leaps(recording.points) <= LEAP
+    # Evidence also breaks where neighbours come and go, but a point that goes on smoothly is no other than before.
+    smooth = leaps(recording.points) <= LEAP
     kept = found.copy()
-    at = np.full(recording.points.shape[:2], NO_MATCH)
-    frame, slot = np.nonzero(tracks.index != NO_MATCH)
-    at[frame, tracks.column[frame, slot]] = tracks.index[frame, slot]
+    at = _named(tracks, np.arange(len(tracks)), recording.points.shape[:2])
     frame, column = np.nonzero(smooth & (at[:-1] != at[1:]) & (at[:-1] != NO_MATCH) & (at[1:] != NO_MATCH))
     for one, other in zip(at[frame, column], at[frame + 1, column]):
         for changed, same in ((one, other), (other, one)):
