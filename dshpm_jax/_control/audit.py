@@ -78,7 +78,7 @@ def audit(recording: Recording, model: SubjectModel, settings: Settings) -> Cont
     sound = np.where(state.identity == given, given, NO_MATCH)
     own = yield from _own_evidence(scene, state.identity, recording.points.shape[:2])
     own[_named(tracks, sound, own.shape) == NO_MATCH] = np.nan
-    off = slips(own, leaps(recording.points), recording.rate)
+    off = slips(own, recording.points, recording.rate)
     found += [Doubt(column, first, last, NO_MATCH, fall) for column, first, last, fall in off]
     return _joined(sorted(found, key=lambda d: (d.column, d.first)), recording)
 

@@ -9,6 +9,12 @@ LEAP = 10.0
 SLIPS = (6.0, 8.0)
 """Nats by which the evidence for a label falls below its median over the recording while its point has leapt off."""
 
+OFF = 25.0
+"""Millimetres by which the point then misses the way from before to after, the least that is no wobble of skin."""
+
+AROUND = 3
+"""Frames on each side that show this way, a parabola through all that are seen."""
+
 LONGEST_SECONDS = 0.2
 """What stays off for longer may be a posture that the model has not seen."""
 
@@ -22,15 +28,16 @@ def leaps(points: Float[np.ndarray, "frames points 3"]) -> Float[np.ndarray, "st
 
 
 def slips(
-    own: Float[np.ndarray, "frames points"], leap: Float[np.ndarray, "steps points"], rate: float
+    own: Float[np.ndarray, "frames points"], points: Float[np.ndarray, "frames points 3"], rate: float
 ) -> list[tuple[int, int, int, float]]:
     """Column, first and last frame, and mean fall of the evidence (nats), of every slip.
 
     Arguments:
         own: evidence for the label of each point, NaN where there is none.
-        leap: see `leaps`; a slip begins and ends with one.
+        points: places (mm); a slip begins and ends with a leap.
         rate: frames a second.
     """
+    leap = leaps(points)
     judged = np.flatnonzero(np.isfinite(own).any(0))
     found = {}
     for column in judged:
@@ -38,10 +45,23 @@ def slips(
         for least in SLIPS:
             for first, last in _runs(fall > least):
                 torn = 0 < first and last + 1 < len(own) and min(leap[first - 1, column], leap[last, column]) > LEAP
-                if torn and last - first < LONGEST_SECONDS * rate:
+                short = last - first < LONGEST_SECONDS * rate
+                if torn and short and _off_its_way(points[:, column], first, last) > OFF:
                     found.setdefault((int(column), first, last), float(fall[first : last + 1].mean()))
     wide = [k for k in found if not any(k != o and k[0] == o[0] and o[1] <= k[1] and k[2] <= o[2] for o in found)]
     return [(*k, found[k]) for k in sorted(wide)]
+
+
+def _off_its_way(points: Float[np.ndarray, "frames 3"], first: int, last: int) -> float:
+    """How far a point is from its way at most (mm), 0 where too little of that is seen."""
+    begin, end = max(0, first - AROUND), min(len(points), last + 1 + AROUND)
+    around = np.setdiff1d(np.arange(begin, end), np.arange(first, last + 1))
+    around = around[np.isfinite(points[around]).all(-1)]
+    if len(around) <= AROUND:
+        return 0.0
+    here = np.arange(first, last + 1)
+    way = np.vander(here - first, 3) @ np.polyfit(around - first, points[around], 2)
+    return float(np.linalg.norm(way - points[here], axis=-1).max())
 
 
 def _runs(where: Bool[np.ndarray, " frames"]) -> list[tuple[int, int]]:
