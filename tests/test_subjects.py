@@ -8,8 +8,8 @@ from making import make_model
 
 from dshpm_jax import Driver, Recording, Settings, SubjectModel, combine_models, io, label
 from dshpm_jax._control.evidence import frame_evidence, labels_in, mean_over_lives, sample_frames
-from dshpm_jax._control.full import State
 from dshpm_jax._control.scene import Scene
+from dshpm_jax._control.settling import State
 from dshpm_jax._control.several import tell_apart
 from dshpm_jax._hierarchy import children, depth_first
 from dshpm_jax._trajectories import from_columns

@@ -7,9 +7,10 @@ from jaxtyping import Bool, Int
 from scipy.sparse.csgraph import connected_components
 
 from dshpm_jax._control.evidence import ACCEPT, FrameEvidence, frame_evidence, labels_in, sample_frames
-from dshpm_jax._control.full import State, full, improve, settle
+from dshpm_jax._control.full import full
 from dshpm_jax._control.moves import Move, judge_moves
 from dshpm_jax._control.scene import Scene
+from dshpm_jax._control.settling import State, improve, settle
 from dshpm_jax._control.slips import LEAP, leaps, slips
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._pretracking import unbroken_columns

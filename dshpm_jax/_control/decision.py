@@ -4,8 +4,8 @@ import numpy as np
 
 from dshpm_jax._control.assignment import margins
 from dshpm_jax._control.evidence import ACCEPT
-from dshpm_jax._control.full import State
 from dshpm_jax._control.scene import Scene
+from dshpm_jax._control.settling import State
 from dshpm_jax._labelling import Reason
 from dshpm_jax._types import NO_MATCH
 

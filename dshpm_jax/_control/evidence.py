@@ -19,8 +19,6 @@ than evenly spread ones would."""
 FITS_PER_PLACE = 3  # reweighted fits behind each predicted place
 
 POSTURE_PAIRS = 4.0
-POSTURE_RANGE = 700.0
-"""Of so many millimetres a distance would be anything if the labels meant nothing."""
 
 
 def sample_frames(scene: Scene) -> Int[np.ndarray, " frames"]:
@@ -45,10 +43,16 @@ class FrameEvidence:
     Attributes:
         named: the label of each slot, `NO_MATCH` where there is none.
         evidence: for each point of the frames and each label (nats).
+        posture: see `posture`.
     """
 
     named: Int[np.ndarray, "frames slots"]
     evidence: Float[np.ndarray, "frames slots markers"]
+    posture: Float[np.ndarray, " frames"]
+
+    def rows(self, rows: Int[np.ndarray, " rows"]) -> "FrameEvidence":
+        """Some of the frames, which may repeat."""
+        return FrameEvidence(self.named[rows], self.evidence[rows], self.posture[rows])
 
 
 def labels_in(scene: Scene, identity: np.ndarray, frames: np.ndarray) -> Int[np.ndarray, "frames slots"]:
@@ -68,20 +72,23 @@ def frame_evidence(
     around = scene.neighbourhoods[0]
     holder = _holders(named, markers)
     if before is None:
-        evidence = np.empty((*named.shape, markers), np.float32)
-        stale = np.ones((len(frames), markers), bool)
+        evidence, fit = np.empty((*named.shape, markers), np.float32), np.empty(len(frames))
+        moved = np.ones((len(frames), markers), bool)
+        stale = moved
     else:
-        evidence = before.evidence.copy()
+        evidence, fit = before.evidence.copy(), before.posture.copy()
         moved = holder != _holders(before.named, markers)
         stale = (moved[:, np.maximum(around, 0)] & (around != NO_MATCH)).any(-1)
-    frame, marker = np.nonzero(stale)
-    if len(frame):
+    changed = np.flatnonzero(moved.any(1))
+    if len(changed):
         points = scene.trajectories.points[frames]
         places = np.take_along_axis(points, np.maximum(holder, 0)[..., None], axis=1)
         identified = np.where((holder != NO_MATCH)[..., None], places, np.nan)
+        fit[changed] = posture(scene, identified[changed])
+        frame, marker = np.nonzero(stale)
         scene.evidence_fits += FITS_PER_PLACE * len(frame)
         evidence[frame, :, marker] = yield LifeEvidence(identified, points, frame, marker, *scene.neighbourhoods)
-    return FrameEvidence(named, evidence)
+    return FrameEvidence(named, evidence, fit)
 
 
 def _holders(named: Int[np.ndarray, "frames slots"], markers: int) -> Int[np.ndarray, "frames markers"]:
@@ -114,7 +121,7 @@ def gains(scene: Scene, evidence: np.ndarray) -> Float[np.ndarray, "trajectories
     return (evidence - ACCEPT) * (t.stop - t.start)[:, None]
 
 
-def objective(scene: Scene, identity: np.ndarray, evidence: np.ndarray, frames: np.ndarray, named: np.ndarray) -> float:
+def objective(scene: Scene, identity: np.ndarray, evidence: np.ndarray, found: FrameEvidence) -> float:
     """What a labelling is worth (nat frames), judged by the evidence that it makes itself; needs no truth.
 
     The gains of its labels, and how well the distances between all its markers fit the model: a head turned back to
@@ -122,21 +129,28 @@ def objective(scene: Scene, identity: np.ndarray, evidence: np.ndarray, frames: 
     """
     given = np.flatnonzero(identity != NO_MATCH)
     own = float(gains(scene, evidence)[given, identity[given]].sum())
-    return own + float(posture(scene, frames, named).mean()) * scene.trajectories.num_frames
+    return own + float(found.posture.mean()) * scene.trajectories.num_frames
 
 
-def posture(scene: Scene, frames: np.ndarray, named: Int[np.ndarray, "frames slots"]) -> Float[np.ndarray, " frames"]:
-    """Evidence in the distances between all markers named in each frame (nats).
+def posture(scene: Scene, places: Float[np.ndarray, "frames markers 3"]) -> Float[np.ndarray, " frames"]:
+    """Evidence in the distances between all identified markers of each frame (nats); NaN places are not identified.
 
     A marker has as many distances as there are others, most of them saying the same; together they count as
-    `POSTURE_PAIRS`.
+    `POSTURE_PAIRS`. A distance that does not fit says nothing: bodies take postures that no model has seen.
     """
-    markers = scene.model.num_markers
-    places = np.full((len(frames), markers, 3), np.nan, np.float32)
-    at_frame, at_slot = np.nonzero(named != NO_MATCH)
-    places[at_frame, named[at_frame, at_slot]] = scene.trajectories.points[frames[at_frame], at_slot]
-    one, other, mean, deviation = scene.pairs
-    distance = np.linalg.norm(places[:, one] - places[:, other], axis=-1)
-    square = ((distance - mean) / deviation) ** 2
-    ratio = np.log(POSTURE_RANGE / deviation) - 2.0 * np.log1p(square / 3.0)
-    return np.nansum(ratio, axis=1) * POSTURE_PAIRS / markers
+    there = np.asarray(np.isfinite(places[..., 0])).astype(np.float32)
+    places = np.nan_to_num(places)
+    middle = np.einsum("fmi,fm->fi", places, there) / np.maximum(there.sum(1), 1.0)[:, None]
+    places = ((places - middle[:, None]) * there[..., None]).astype(np.float32)
+    square = (places**2).sum(-1)
+    error = square[:, :, None] + square[:, None] - 2.0 * places @ places.transpose(0, 2, 1)
+    np.sqrt(np.maximum(error, 0.0, out=error), out=error)
+    mean, inverse, peak = scene.pairs
+    error -= mean
+    error *= inverse
+    error *= error
+    np.log1p(error, out=error)
+    error *= -2.0
+    error += peak
+    np.maximum(error, 0.0, out=error)
+    return np.einsum("fij,fi,fj->f", error, there, there, optimize=False) * (0.5 * POSTURE_PAIRS / there.shape[1])

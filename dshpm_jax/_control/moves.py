@@ -9,7 +9,7 @@ from itertools import permutations
 
 import numpy as np
 
-from dshpm_jax._control.evidence import ACCEPT, FrameEvidence, frame_evidence, labels_in, posture
+from dshpm_jax._control.evidence import ACCEPT, FrameEvidence, frame_evidence, labels_in
 from dshpm_jax._control.scene import Scene
 from dshpm_jax._requests import Control
 from dshpm_jax._types import NO_MATCH
@@ -167,10 +167,10 @@ def judge_moves(
         lives.append(int(alive.sum()))
         named.append(labels_in(scene, changed, frames[picked]))
     row = np.concatenate(rows)
-    known = FrameEvidence(before.named[row], before.evidence[row])
+    known = before.rows(row)
     after = yield from frame_evidence(scene, frames[row], np.concatenate(named), known)
     difference = _worth(after.named, after.evidence) - _worth(known.named, known.evidence)
-    difference += posture(scene, frames[row], after.named) - posture(scene, frames, before.named)[row]
+    difference += after.posture - known.posture
     first = np.concatenate([[0], np.cumsum(sizes)[:-1]])
     return np.add.reduceat(difference, first) / sizes * lives
 

@@ -15,6 +15,8 @@ from dshpm_jax._trajectories import Trajectories
 from dshpm_jax._types import NO_MATCH
 
 PAIR_NOISE = 5.0  # mm, least deviation of a distance between two recordings
+PAIR_RANGE = 700.0  # mm, a distance would be anything within it if the labels meant nothing
+USUAL_LOSS = 5.2  # nats, by the shape of the t distribution
 
 
 @dataclass(eq=False)
@@ -54,12 +56,29 @@ class Scene:
 
     @cached_property
     def pairs(self) -> tuple[np.ndarray, ...]:
-        """Pairs of markers with a known distance: the one, the other, mean and standard deviation (mm)."""
+        """For all pairs of markers: mean distance (mm), and what `posture` makes of the deviation.
+
+        These are the inverse of its scale (1/mm) and the log ratio at the mean (nats); a pair without a known
+        distance has 0 for both.
+        """
         mean, spread = self.model.pair_mean, self.model.pair_spread
-        one, other = np.nonzero(np.triu(np.isfinite(mean), 1))
-        mean, spread = mean[one, other], spread[one, other]
-        deviation = np.sqrt(spread**2 + (self.settings.tolerance_ratio * mean) ** 2 + PAIR_NOISE**2)
-        return one, other, mean.astype(np.float32), deviation.astype(np.float32)
+        known = np.isfinite(mean) & ~np.eye(len(mean), dtype=bool)
+        mean = np.where(known, mean, 0.0)
+        deviation = np.sqrt(
+            np.where(known, spread, 0.0) ** 2 + (self.settings.tolerance_ratio * mean) ** 2 + PAIR_NOISE**2
+        )
+        inverse = np.where(known, 1.0 / (np.sqrt(3.0) * deviation), 0.0)
+        peak = np.where(known, np.log(PAIR_RANGE / deviation), 0.0)
+        return mean.astype(np.float32), inverse.astype(np.float32), peak.astype(np.float32)
+
+    @cached_property
+    def usual_evidence(self) -> Float[np.ndarray, " markers"]:
+        """The evidence that a right label has on average (nats), by the spread of its marker's neighbourhood.
+
+        The mean of the log ratio that `life_evidence` gives when the errors are distributed as it assumes.
+        """
+        spread = self.neighbourhoods[-1]
+        return 3.0 * np.log(np.sqrt(3.0) * PAIR_RANGE / spread) - USUAL_LOSS
 
     @property
     def last_frame(self) -> int:

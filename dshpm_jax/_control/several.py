@@ -11,9 +11,9 @@ import numpy as np
 from jaxtyping import Int
 from scipy.sparse.csgraph import connected_components
 
-from dshpm_jax._control.full import State, improve, settle
 from dshpm_jax._control.moves import Move, apply_moves, judge_moves
 from dshpm_jax._control.scene import Scene
+from dshpm_jax._control.settling import State, improve, settle
 from dshpm_jax._hierarchy import Segment, children
 from dshpm_jax._requests import Control
 from dshpm_jax._subjects import subjects_of

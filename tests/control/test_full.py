@@ -7,8 +7,9 @@ from takes import model, take
 from dshpm_jax import Reason, Settings
 from dshpm_jax._control.decision import decide
 from dshpm_jax._control.evidence import sample_frames
-from dshpm_jax._control.full import full, improve, settle
+from dshpm_jax._control.full import full
 from dshpm_jax._control.scene import Scene
+from dshpm_jax._control.settling import improve, settle
 from dshpm_jax._driver import Driver
 from dshpm_jax._pretracking import pretrack
 from dshpm_jax._types import NO_MATCH

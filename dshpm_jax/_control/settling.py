@@ -1,0 +1,99 @@
+"""From first labels to ones that hold: judged over whole lives and assigned in turn, then bettered by moves."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from dshpm_jax._control.assignment import assign_labels, margins
+from dshpm_jax._control.evidence import (
+    FrameEvidence,
+    frame_evidence,
+    gains,
+    labels_in,
+    mean_over_lives,
+    objective,
+)
+from dshpm_jax._control.moves import apply_moves, judge_moves, propose_moves
+from dshpm_jax._control.scene import Scene
+from dshpm_jax._requests import Control
+from dshpm_jax._types import NO_MATCH
+
+MAX_ROUNDS = 12
+
+HOLD = 0.5
+"""Nats that a label must win by to be taken from where it is; without it near ties swap back and forth."""
+
+MOVE_ROUNDS = 6
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """A labelling of the whole recording and what it is worth.
+
+    Attributes:
+        identity: the marker of each trajectory, `NO_MATCH` where unknown.
+        evidence: mean evidence of each label for each trajectory, given `identity` (nats).
+        worth: total gain; larger is better.
+        frames: the evidence in the sampled frames.
+    """
+
+    identity: Int[np.ndarray, " trajectories"]
+    evidence: Float[np.ndarray, "trajectories markers"]
+    worth: float
+    frames: FrameEvidence
+
+
+def settle(
+    scene: Scene,
+    identity: np.ndarray,
+    frames: np.ndarray,
+    before: FrameEvidence | None = None,
+    schedule: tuple[float, ...] = (0.0,),
+) -> Control:
+    """Judges and assigns in turn until nothing changes; returns the best `State` on the way."""
+    best = None
+    for margin in schedule:
+        for _ in range(MAX_ROUNDS):
+            found: FrameEvidence = yield from frame_evidence(scene, frames, labels_in(scene, identity, frames), before)
+            evidence = mean_over_lives(scene, frames, found)
+            worth = objective(scene, identity, evidence, found)
+            state, before = State(identity, evidence, worth, found), found
+            if best is None or state.worth > best.worth:
+                best = state
+            following = _assign(scene, state, margin)
+            if (following == identity).all():
+                break
+            identity = following
+    return best
+
+
+def _assign(scene: Scene, state: State, margin: float) -> Int[np.ndarray, " trajectories"]:
+    """The best assignment, less what a rival comes within `margin` nats of: another label, or another trajectory
+    for the label while this one lives."""
+    t = scene.trajectories
+    held = state.evidence.copy()
+    named = np.flatnonzero(state.identity != NO_MATCH)
+    held[named, state.identity[named]] += HOLD
+    identity = assign_labels(gains(scene, held), t.start, t.stop)
+    if margin > 0:
+        named = np.flatnonzero(identity != NO_MATCH)
+        identity[named[margins(identity, state.evidence, t.start, t.stop)[named] < margin]] = NO_MATCH
+    return identity
+
+
+def improve(scene: Scene, state: State, frames: np.ndarray) -> Control:
+    """Makes moves for as long as they pay."""
+    for _ in range(MOVE_ROUNDS):
+        moves = propose_moves(scene, state.identity, state.evidence)
+        if not moves:
+            return state
+        worth = yield from judge_moves(scene, state.identity, moves, frames, state.frames)
+        changed = apply_moves(state.identity, moves, worth)
+        if (changed == state.identity).all():
+            return state
+        following = yield from settle(scene, changed, frames, state.frames)
+        if following.worth <= state.worth:
+            return state
+        state = following
+    return state
