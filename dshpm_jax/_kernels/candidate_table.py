@@ -183,6 +183,7 @@ def _fill(problems: Problems, distances: PivotDistances, hypotheses: Hypotheses,
 
 
 def _fill_chunk(problems: Problems, distances: PivotDistances, hypotheses: Hypotheses, score: AbstractCandidateScore):
+    """`_fill` of a chunk: loops over the columns and points that the call really has, however wide its bucket."""
     apart = distances.to_point[hypotheses.request, hypotheses.assumed].T
     num_points, num_columns = end_of(jnp.any(problems.free, axis=0)), end_of(jnp.any(problems.is_column, axis=0))
 
