@@ -22,6 +22,7 @@ class Reason(StrEnum):
     OUTSIDE = "lies where no marker is expected"
     TAKEN = "another trajectory fits its label better"
     AMBIGUOUS = "two labels fit it almost equally well"
+    DOUBTFUL = "the label that it would get fits too badly to be trusted"
     ABANDONED = "not part of any segment that was found; some were not"
 
 

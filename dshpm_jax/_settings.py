@@ -31,6 +31,7 @@ class Settings:
         spread_factor: pair tolerance of "full" is the root of the sum of squares of this factor times the learnt
             spread, `tolerance_floor`, and `tolerance_ratio` times the distance.
         tolerance_floor, tolerance_ratio: see `spread_factor`.
+        min_confidence: "full" withholds labels that are less likely to be right than this.
         completeness: share of the model's markers, averaged over frames, under which a file counts as partly
             labelled.
     """
@@ -51,6 +52,7 @@ class Settings:
     spread_factor: float = 1.5
     tolerance_floor: float = 4.0
     tolerance_ratio: float = 0.015
+    min_confidence: float = 0.7
     completeness: float = 0.5
 
     def __post_init__(self):
@@ -91,5 +93,6 @@ _RANGES = {
     "spread_factor": (0, 10),
     "tolerance_floor": (0.1, 100),
     "tolerance_ratio": (0, 0.5),
+    "min_confidence": (0, 1),
     "completeness": (0, 1),
 }

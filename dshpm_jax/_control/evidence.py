@@ -153,4 +153,4 @@ def posture(scene: Scene, places: Float[np.ndarray, "frames markers 3"]) -> Floa
     error *= -2.0
     error += peak
     np.maximum(error, 0.0, out=error)
-    return np.einsum("fij,fi,fj->f", error, there, there, optimize=False) * (0.5 * POSTURE_PAIRS / there.shape[1])
+    return np.einsum("fij,fi,fj->f", error, there, there, optimize=False) * (0.5 * POSTURE_PAIRS / scene.partners)

@@ -5,7 +5,6 @@ are tried, each judged in the frames that it touches, by the evidence that it ma
 """
 
 from dataclasses import dataclass
-from itertools import permutations
 
 import numpy as np
 
@@ -19,9 +18,6 @@ EXCHANGE_REACH = 8.0
 
 TAKE_FLOOR = -8.0
 """Evidence from which on an unlabelled trajectory tries to take a label."""
-
-SYMMETRY, MAX_SYMMETRIC = 2.0, 6
-"""A segment of at most so many markers is turned onto itself where its distances allow it within so many tolerances."""
 
 TRIES = 3  # labels that an unlabelled trajectory tries
 MOVE_FRAMES = 6  # frames in which a move is judged
@@ -39,9 +35,10 @@ class Move:
 
 def propose_moves(scene: Scene, identity: np.ndarray, evidence: np.ndarray) -> list[Move]:
     """Exchanges and takes that might pay, the most promising first."""
+    overlap = _overlap(scene)
     moves = [
-        *_exchanges(scene, identity, evidence),
-        *_takes(scene, identity, evidence),
+        *_exchanges(overlap, identity, evidence),
+        *_takes(overlap, identity, evidence),
         *_permutations(scene, identity, evidence),
     ]
     moves.sort(key=lambda move: (-move.promise, move.trajectories.tolist(), move.labels.tolist()))
@@ -49,18 +46,18 @@ def propose_moves(scene: Scene, identity: np.ndarray, evidence: np.ndarray) -> l
 
 
 def _overlap(scene: Scene) -> np.ndarray:
+    """Which trajectories share a frame; none does with itself."""
     t = scene.trajectories
     overlap = (t.start[:, None] < t.stop[None]) & (t.start[None] < t.stop[:, None])
     np.fill_diagonal(overlap, False)
     return overlap
 
 
-def _exchanges(scene: Scene, identity: np.ndarray, evidence: np.ndarray) -> list[Move]:
+def _exchanges(overlap: np.ndarray, identity: np.ndarray, evidence: np.ndarray) -> list[Move]:
     """Labels a and b exchanged among all trajectories that carry one of them and hang together in time.
 
     Exchanging less would leave two trajectories with one label in some frame.
     """
-    overlap = _overlap(scene)
     named = np.flatnonzero(identity != NO_MATCH)
     label = identity[named]
     own = evidence[named, label]
@@ -95,11 +92,11 @@ def _permutations(scene: Scene, identity: np.ndarray, evidence: np.ndarray) -> l
     """A segment turned onto itself: a nearly rectangular plate fits four ways, and pairwise exchanges pass through
     worse ones."""
     moves = []
-    for target in scene.targets:
+    for target, ways in zip(scene.targets, scene.symmetries):
         own = np.flatnonzero(np.isin(identity, target.markers))
         if not len(own):
             continue
-        for permutation in _symmetries(target.distance, target.tolerance):
+        for permutation in ways:
             to = dict(zip(target.markers.tolist(), target.markers[list(permutation)].tolist()))
             labels = np.array([to[int(label)] for label in identity[own]])
             loss = evidence[own, identity[own]] - evidence[own, labels]
@@ -107,23 +104,8 @@ def _permutations(scene: Scene, identity: np.ndarray, evidence: np.ndarray) -> l
     return moves
 
 
-def _symmetries(distance: np.ndarray, tolerance: np.ndarray) -> list[tuple[int, ...]]:
-    """Permutations of three markers and more under which all distances stay within `SYMMETRY` tolerances."""
-    size = len(distance)
-    if not 3 <= size <= MAX_SYMMETRIC:
-        return []
-    found = []
-    for permutation in permutations(range(size)):
-        moved = sum(k != p for k, p in enumerate(permutation))
-        index = list(permutation)
-        if moved >= 3 and (np.abs(distance[np.ix_(index, index)] - distance) <= SYMMETRY * tolerance).all():
-            found.append(permutation)
-    return found
-
-
-def _takes(scene: Scene, identity: np.ndarray, evidence: np.ndarray) -> list[Move]:
+def _takes(overlap: np.ndarray, identity: np.ndarray, evidence: np.ndarray) -> list[Move]:
     """An unlabelled trajectory takes a label; who held it goes without, or to the best label that is free for it."""
-    overlap = _overlap(scene)
     moves = []
     for j in np.flatnonzero((identity == NO_MATCH) & (evidence.max(1) > TAKE_FLOOR)):
         for label in np.argsort(-evidence[j], kind="stable")[:TRIES]:

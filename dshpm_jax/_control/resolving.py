@@ -8,22 +8,20 @@ from dshpm_jax._control.evidence import ACCEPT
 from dshpm_jax._control.scene import Known, Scene
 from dshpm_jax._control.segment import match_segment
 from dshpm_jax._control.settling import State, settle
-from dshpm_jax._control.voting import key_frames
 from dshpm_jax._hierarchy import children
 from dshpm_jax._requests import Control, Together
 from dshpm_jax._types import NO_MATCH
 
-FRAMES = 6
-ROUNDS = 4
+FRAMES = 8
+ROUNDS = 6
 LOOSE = 2.0
 """Factor on all tolerances: few points are left to be mistaken for the segment's."""
 
-LACKING = 0.8
-"""A segment is missing if it holds less than this share of what the median segment holds of its markers."""
-
 POOR = 0.65
-"""A segment fits badly if its labels have less than this share of the evidence that those of the median segment have,
-each against what right ones have on average."""
+"""A segment is poor in a frame if its labels have less than this share of the evidence that those of the recording have
+on average, each against what right ones usually have."""
+
+RARELY = 0.03  # a segment may be poor in so many of the frames
 
 MAX_SEGMENTS = 6  # looked for in one round, the worst first
 
@@ -33,36 +31,50 @@ _Trial = tuple[tuple[int, ...], bool]
 def resolve(scene: Scene, state: State, frames: np.ndarray) -> Control:
     """Looks for missing and badly fitting segments again, alone and with all that hangs from them; keeps what pays."""
     loose = scene.loosened(LOOSE)
-    failed: set[_Trial] = set()
     for _ in range(ROUNDS):
-        trials = [trial for s in wanting(scene, state)[:MAX_SEGMENTS] for trial in _trials(scene, s)]
-        trials = [trial for trial in dict.fromkeys(trials) if trial not in failed]
+        poor = poor_frames(scene, state, frames)
+        trials = [trial for s in list(poor)[:MAX_SEGMENTS] for trial in _trials(scene, s)]
         if not trials:
             return state
-        found = yield Together(tuple(_votes(loose, state, *trial) for trial in trials))
-        proposals = [_merged(scene, state, found)] + [_merged(scene, state, [one]) for one in found]
-        distinct = {p.tobytes(): p for p in proposals if (p != state.identity).any()}
-        states = yield Together(tuple(settle(scene, p, frames, state.frames) for p in distinct.values()))
-        better = max(states, key=lambda s: s.worth, default=state)
+        votes = yield Together(tuple(_votes(loose, state, *trial, poor[trial[0][0]]) for trial in trials))
+        found = yield from _settled(scene, state, frames, [[one] for one in votes])
+        pays = [one for one, after in zip(votes, found) if after.worth > state.worth]
+        found += yield from _settled(scene, state, frames, [pays] if len(pays) > 1 else [])
+        better = max(found, key=lambda s: s.worth)
         if better.worth <= state.worth:
             return state
-        failed |= set(trials)
         state = better
     return state
 
 
-def wanting(scene: Scene, state: State) -> list[int]:
-    """Segments that hold too few of their markers or fit them badly, the worst first."""
-    t, markers = scene.trajectories, scene.model.num_markers
-    named = np.flatnonzero(state.identity != NO_MATCH)
-    label, life = state.identity[named], (t.stop - t.start)[named] / t.num_frames
-    held = np.bincount(label, life, markers)
-    gain = np.bincount(label, life * (state.evidence[named, label] - ACCEPT), markers)
-    usual = held * np.maximum(scene.usual_evidence - ACCEPT, 1.0)
-    share = np.array([held[target.markers].mean() for target in scene.targets])
-    fit = np.array([gain[target.markers].sum() / max(usual[target.markers].sum(), 1e-9) for target in scene.targets])
-    poor = np.flatnonzero((share < LACKING * np.median(share)) | (fit < POOR * np.median(fit)))
-    return sorted(poor.tolist(), key=lambda s: (share[s] * max(fit[s], 0.0), s))
+def _settled(scene: Scene, state: State, frames: np.ndarray, votes: list[list[np.ndarray]]) -> Control:
+    """What becomes of `state` with each set of votes on top."""
+    proposals = [_merged(scene, state, some) for some in votes]
+    distinct = {p.tobytes(): p for p in proposals if (p != state.identity).any()}
+    states = yield Together(tuple(settle(scene, p, frames, state.frames) for p in distinct.values()))
+    after = dict(zip(distinct, states))
+    return [after.get(p.tobytes(), state) for p in proposals]
+
+
+def poor_frames(scene: Scene, state: State, frames: np.ndarray) -> dict[int, list[int]]:
+    """Some frames in which a segment is missing or fits badly, for every such segment, the worst first."""
+    named, evidence = state.frames.named, state.frames.evidence
+    gain = np.zeros((len(frames), scene.model.num_markers))
+    frame, slot = np.nonzero(named != NO_MATCH)
+    label = named[frame, slot]
+    gain[frame, label] = evidence[frame, slot, label] - ACCEPT
+    usual = np.maximum(scene.usual_evidence - ACCEPT, 1.0)
+    held = np.stack([gain[:, target.markers].sum(1) for target in scene.targets])
+    expected = np.array([usual[target.markers].sum() for target in scene.targets])[:, None]
+    short = np.maximum(POOR * np.median(held / expected) * expected - held, 0.0)
+    order = np.argsort(-short.sum(1), kind="stable")
+    return {int(s): _spread(frames[short[s] > 0]) for s in order if (short[s] > 0).mean() > RARELY}
+
+
+def _spread(frames: np.ndarray) -> list[int]:
+    """A few of the frames, from the first to the last."""
+    picked = np.linspace(0, len(frames) - 1, min(FRAMES, len(frames)) + 2)[1:-1].round().astype(int)
+    return frames[np.unique(picked)].tolist()
 
 
 def _trials(scene: Scene, segment: int) -> list[_Trial]:
@@ -77,9 +89,8 @@ def _subtree(scene: Scene, segment: int) -> list[int]:
     return [segment, *(s for child in children(scene.model.segments, segment) for s in _subtree(scene, child))]
 
 
-def _votes(scene: Scene, state: State, chain: tuple[int, ...], use_joins: bool) -> Control:
+def _votes(scene: Scene, state: State, chain: tuple[int, ...], use_joins: bool, frames: list[int]) -> Control:
     """Matches of a chain of segments in several frames, as votes for labels."""
-    frames = key_frames(scene, FRAMES)
     own = np.unique(np.concatenate([scene.targets[s].markers for s in chain]))
     shared = () if not use_joins else scene.model.segments[chain[0]].join
     identity = state.identity

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from dshpm_jax._control.targets import make_targets
+from dshpm_jax._control.targets import make_targets, symmetries
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._model_building import as_arrays
 from dshpm_jax._requests import Control, Segmentation, Target
@@ -59,7 +59,7 @@ class Scene:
         """For all pairs of markers: mean distance (mm), and what `posture` makes of the deviation.
 
         These are the inverse of its scale (1/mm) and the log ratio at the mean (nats); a pair without a known
-        distance has 0 for both.
+        distance, such as one between two people, has 0 for both.
         """
         mean, spread = self.model.pair_mean, self.model.pair_spread
         known = np.isfinite(mean) & ~np.eye(len(mean), dtype=bool)
@@ -72,6 +72,11 @@ class Scene:
         return mean.astype(np.float32), inverse.astype(np.float32), peak.astype(np.float32)
 
     @cached_property
+    def symmetries(self) -> list[list[tuple[int, ...]]]:
+        """The ways to turn each segment onto itself."""
+        return [symmetries(target) for target in self.targets]
+
+    @cached_property
     def usual_evidence(self) -> Float[np.ndarray, " markers"]:
         """The evidence that a right label has on average (nats), by the spread of its marker's neighbourhood.
 
@@ -79,6 +84,11 @@ class Scene:
         """
         spread = self.neighbourhoods[-1]
         return 3.0 * np.log(np.sqrt(3.0) * PAIR_RANGE / spread) - USUAL_LOSS
+
+    @cached_property
+    def partners(self) -> float:
+        """With how many markers, itself included, a marker has a known distance, on average."""
+        return float(np.isfinite(self.model.pair_mean).sum(1).mean())
 
     @property
     def last_frame(self) -> int:

@@ -1,6 +1,7 @@
 """Segments of a model as the matcher sees them, with the tolerances of the method."""
 
 from dataclasses import replace
+from itertools import permutations
 
 import numpy as np
 from jaxtyping import Float
@@ -13,6 +14,9 @@ from dshpm_jax._types import MIN_FIT_POINTS, NO_MATCH
 
 FULL_QUANTITY = 0.6
 """The full method judges a match by the whole life of its trajectories, so a key-frame may show fewer markers."""
+
+SYMMETRY, MAX_SYMMETRIC = 2.0, 6
+"""A segment of at most so many markers is turned onto itself where its distances allow it within so many tolerances."""
 
 
 def make_targets(model: SubjectModel, settings: Settings) -> list[Target]:
@@ -68,6 +72,20 @@ def with_virtual_join(target: Target, place: Float[np.ndarray, "3"], spread: flo
         reach=np.append(target.reach, 0.0),
     )
     return grown
+
+
+def symmetries(target: Target) -> list[tuple[int, ...]]:
+    """Permutations of three markers and more under which all distances stay within `SYMMETRY` tolerances."""
+    distance, size = target.distance, len(target.markers)
+    if not 3 <= size <= MAX_SYMMETRIC:
+        return []
+    found = []
+    for permutation in permutations(range(size)):
+        moved = sum(k != p for k, p in enumerate(permutation))
+        index = list(permutation)
+        if moved >= 3 and (np.abs(distance[np.ix_(index, index)] - distance) <= SYMMETRY * target.tolerance).all():
+            found.append(permutation)
+    return found
 
 
 def _bordered(matrix: np.ndarray, edge: np.ndarray, corner: float) -> np.ndarray:
