@@ -6,10 +6,11 @@ from takes import model, take
 
 from dshpm_jax import Reason, Settings
 from dshpm_jax._control.decision import decide
-from dshpm_jax._control.evidence import sample_frames
+from dshpm_jax._control.evidence import frame_evidence, labels_in, posture, sample_frames
 from dshpm_jax._control.full import full
+from dshpm_jax._control.resolving import poor_frames, resolve
 from dshpm_jax._control.scene import Scene
-from dshpm_jax._control.settling import improve, settle
+from dshpm_jax._control.settling import State, improve, settle
 from dshpm_jax._driver import Driver
 from dshpm_jax._pretracking import pretrack
 from dshpm_jax._types import NO_MATCH
@@ -72,3 +73,45 @@ def test_what_is_given_out_is_right_and_the_rest_has_a_reason(scene_and_truth):
     assert fits > 0 and (identity[given] == truth[given]).all()
     assert ((0 <= confidence) & (confidence <= 1)).all()
     assert all((r is Reason.MATCHED) == g for r, g in zip(reason, given))
+
+
+@pytest.mark.parametrize(("least", "none_left"), [(0.0, False), (1.0, True)])
+def test_labels_under_the_least_confidence_are_withheld(scene_and_truth, least, none_left):
+    scene, truth = scene_and_truth
+    strict = Scene(scene.trajectories, scene.model, Settings(min_confidence=least))
+    state = run(settle(strict, truth, sample_frames(strict)))
+    identity, _, reason = decide(strict, state)
+    named = state.identity != NO_MATCH
+    assert (identity[named] == NO_MATCH).all() == none_left
+    withheld = named & (identity == NO_MATCH)
+    assert {reason[j] for j in np.flatnonzero(withheld)} <= {Reason.AMBIGUOUS, Reason.DOUBTFUL}
+    assert withheld.any() == none_left
+
+
+def test_a_distance_that_fits_nothing_says_nothing(scene_and_truth):
+    scene, _ = scene_and_truth
+    places = np.full((2, scene.model.num_markers, 3), np.nan)
+    places[:, :6] = np.random.default_rng(5).uniform(0, 400, (6, 3))
+    places[1, 2] = 1e5
+    without = places[:1].copy()
+    without[0, 2] = np.nan
+    assert posture(scene, places)[1] == pytest.approx(posture(scene, without)[0], abs=1e-3)
+
+
+def test_a_segment_without_labels_is_poor_and_labelled_again(scene_and_truth):
+    scene, truth = scene_and_truth
+    frames = sample_frames(scene)
+    segment = next(s for s, target in enumerate(scene.targets) if len(target.markers) >= 4)
+    own = np.isin(truth, scene.targets[segment].markers)
+    bare = np.where(own, NO_MATCH, truth)
+
+    def control():
+        known = yield from settle(scene, truth, frames)
+        found = yield from frame_evidence(scene, frames, labels_in(scene, bare, frames))
+        left = State(bare, known.evidence, -np.inf, found)
+        poor = poor_frames(scene, left, frames)
+        return poor, (yield from resolve(scene, left, frames))
+
+    poor, state = run(control())
+    assert segment in poor and set(poor[segment]) <= set(frames.tolist())
+    assert (state.identity[own] == truth[own]).mean() > 0.9
