@@ -1,0 +1,115 @@
+"""What each part of the full method is worth: mean F1 with one part after the other left out.
+
+    python bench/ablation.py ARCHIVE TRUTH [--only REGEX]
+
+ARCHIVE holds unlabelled recordings below folders with a `model.json`, TRUTH an .npz for each, as `reliability.py` reads
+them. The recordings are labelled in this process, once with everything and once for each part.
+"""
+
+import argparse
+import re
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from unittest.mock import patch
+
+import numpy as np
+
+from dshpm_jax import Labelling, Settings, label_many, read, read_model
+from dshpm_jax._control import full, settling, voting
+from dshpm_jax._types import NO_MATCH
+
+MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0}
+NEAR = 0.05  # mm, what rounding may move a point
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
+    parser.add_argument("archive", type=Path)
+    parser.add_argument("truth", type=Path)
+    parser.add_argument("--only", default="", help="paths below ARCHIVE that count")
+    arguments = parser.parse_args()
+    files = [f for f in sorted(arguments.archive.rglob("*.c3d")) if re.search(arguments.only, str(f))]
+    recordings = [read(file) for file in files]
+    models = [read_model(file.parent / "model.json") for file in files]
+    truths = [dict(np.load(arguments.truth / name_of(file, arguments.archive))) for file in files]
+    next(label_many(recordings[:1], models[:1]))  # compiles
+    for part, patches in PARTS.items():
+        with ExitStack() as stack:
+            for one in patches:
+                stack.enter_context(one())
+            start = time.perf_counter()
+            scores = [f1(found, t) for found, t in zip(label_many(recordings, models, SETTINGS.get(part)), truths)]
+            seconds = time.perf_counter() - start
+        print(f"{part:40} mean F1 {np.mean(scores):.4f}  worst {min(scores):.4f}  {seconds:6.1f} s", flush=True)
+
+
+def name_of(file: Path, archive: Path) -> str:
+    return ".".join(file.relative_to(archive).with_suffix("").parts) + ".npz"
+
+
+def f1(found: Labelling, truth: dict[str, np.ndarray]) -> float:
+    """F1 over points; a label counts where it is within rounding of the marker's true place."""
+    places = truth["xyz"] * MILLIMETRES[str(truth["units"]).strip().lower()]
+    points, identities = found.recording.points, found.identities
+    right = given = 0
+    for k, name in enumerate(truth["labels"].tolist()):
+        if name not in found.model.markers:
+            continue
+        frame, column = np.nonzero(identities == found.model.markers.index(name))
+        fair = truth["judged"][frame, k]
+        given += int(fair.sum())
+        with np.errstate(invalid="ignore"):
+            right += int((np.linalg.norm(points[frame, column] - places[frame, k], axis=1) < NEAR)[fair].sum())
+    there = int((np.isfinite(places).all(-1) & truth["judged"]).sum())
+    return 2.0 * right / max(given + there, 1)
+
+
+def _votes_only(scene, start, frames, before=None, schedule=(0.0,)) -> Iterator:
+    """`settle` that judges once and changes nothing."""
+    found = yield from settling.frame_evidence(scene, frames, settling.labels_in(scene, start, frames), before)
+    evidence = settling.mean_over_lives(scene, frames, found)
+    return settling.State(start, evidence, settling.objective(scene, start, evidence, found), found)
+
+
+def _unchanged(scene, state, frames) -> Iterator:
+    yield from ()
+    return state
+
+
+def _each_its_best(gain, start, stop) -> np.ndarray:
+    """`assign_labels` in the order of the gains: who comes later goes without."""
+    identity = np.full(len(gain), NO_MATCH, np.int32)
+    for flat in np.argsort(-gain, axis=None, kind="stable"):
+        j, label = divmod(int(flat), gain.shape[1])
+        if gain[j, label] <= 0:
+            break
+        held = (identity == label) & (start < stop[j]) & (start[j] < stop)
+        if identity[j] == NO_MATCH and not held.any():
+            identity[j] = label
+    return identity
+
+
+def _replaced(module: object, name: str, value: object) -> Callable:
+    return lambda: patch.object(module, name, value)
+
+
+PARTS: dict[str, list[Callable]] = {
+    "everything": [],
+    "one key-frame": [_replaced(voting, "DENSER", (1,))],
+    "no second set of key-frames": [_replaced(voting, "DENSER", (1,))],
+    "votes alone, no evidence of whole lives": [
+        *(_replaced(module, "settle", _votes_only) for module in (full, settling)),
+        *(_replaced(full, name, _unchanged) for name in ("improve", "resolve")),
+    ],
+    "greedy instead of exact assignment": [_replaced(m, "assign_labels", _each_its_best) for m in (voting, settling)],
+    "no restarts": [_replaced(full, "SCHEDULES", ((0.0,),))],
+    "no moves": [_replaced(full, "improve", _unchanged)],
+    "no segment solved again": [_replaced(full, "resolve", _unchanged)],
+    "nothing withheld": [],
+}
+SETTINGS = {"one key-frame": Settings(num_key_frames=1), "nothing withheld": Settings(min_confidence=0.0)}
+
+if __name__ == "__main__":
+    main()
