@@ -15,13 +15,11 @@ from pathlib import Path
 from unittest.mock import patch
 
 import numpy as np
+from _truth import NEAR, places_of
 
 from dshpm_jax import Labelling, Settings, label_many, read, read_model
 from dshpm_jax._control import full, settling, voting
 from dshpm_jax._types import NO_MATCH
-
-MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0}
-NEAR = 0.05  # mm, what rounding may move a point
 
 
 def main() -> None:
@@ -51,7 +49,7 @@ def name_of(file: Path, archive: Path) -> str:
 
 def f1(found: Labelling, truth: dict[str, np.ndarray]) -> float:
     """F1 over points; a label counts where it is within rounding of the marker's true place."""
-    places = truth["xyz"] * MILLIMETRES[str(truth["units"]).strip().lower()]
+    places = places_of(truth)
     points, identities = found.recording.points, found.identities
     right = given = 0
     for k, name in enumerate(truth["labels"].tolist()):

@@ -13,11 +13,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+from _truth import NEAR, places_of
 
 from dshpm_jax.io import read
 
-NEAR = 0.05  # mm, what rounding may move a point
-MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0}
 EDGES = (0.0, 0.5, 0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 0.999, 1.0)
 
 
@@ -58,7 +57,7 @@ def judge(file: Path, arguments: argparse.Namespace) -> Iterator[tuple[float, bo
         return
     truth = dict(np.load(path))
     labels, judged = truth["labels"].tolist(), truth["judged"]
-    places = truth["xyz"] * MILLIMETRES[str(truth["units"]).strip().lower()]
+    places = places_of(truth)
     found = read(file.with_name(file.name.removesuffix(".labels.json") + ".c3d"))
     for row in json.loads(file.read_text())["trajectories"]:
         if row["label"] is None:

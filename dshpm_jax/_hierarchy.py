@@ -57,8 +57,13 @@ def children(segments: Sequence[Segment], parent: int) -> list[int]:
 
 def depth_first(segments: Sequence[Segment]) -> list[int]:
     """Every segment, the root first, then chain by chain (section 4.4)."""
+    return [s for root in children(segments, NO_PARENT) for s in subtree(segments, root)]
+
+
+def subtree(segments: Sequence[Segment], segment: int) -> list[int]:
+    """The segment and all that hangs from it, parents before children."""
     order: list[int] = []
-    waiting = children(segments, NO_PARENT)[::-1]
+    waiting = [segment]
     while waiting:
         here = waiting.pop()
         order.append(here)

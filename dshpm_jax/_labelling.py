@@ -51,12 +51,7 @@ class Labelling:
     @property
     def identities(self) -> Int[np.ndarray, "frames points"]:
         """The marker of each point of the recording, `NO_MATCH` where unlabelled or not seen."""
-        frames, points = self.recording.points.shape[:2]
-        found = np.full((frames, points), NO_MATCH, dtype=np.int32)
-        frame, slot = np.nonzero(self.trajectories.index != NO_MATCH)
-        which = self.trajectories.index[frame, slot]
-        found[frame, self.trajectories.column[frame, slot]] = self.identity[which]
-        return found
+        return self.trajectories.by_column(self.identity.astype(np.int32), self.recording.points.shape[1])
 
     def to_recording(self) -> Recording:
         """The recording with a column for each marker of the model, in its order, then what stayed unlabelled.

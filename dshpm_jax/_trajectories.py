@@ -54,6 +54,13 @@ class Trajectories:
         here, points = self.at(frame)
         return here, from_columns(points[None], self.rate)
 
+    def by_column(self, each: Int[np.ndarray, " trajectories"], columns: int) -> Int[np.ndarray, "frames columns"]:
+        """What `each` says of the trajectory of every point of the recording, `NO_MATCH` where there is no point."""
+        found = np.full((self.num_frames, columns), NO_MATCH, dtype=each.dtype)
+        frame, slot = np.nonzero(self.index != NO_MATCH)
+        found[frame, self.column[frame, slot]] = each[self.index[frame, slot]]
+        return found
+
     def positions(self, frames: Int[np.ndarray, "n"], which: Int[np.ndarray, "k"]) -> Float[np.ndarray, "n k 3"]:
         """Positions of trajectories `which` in `frames` (millimetres), NaN outside their lives or for `NO_MATCH`."""
         frames, which = np.asarray(frames), np.asarray(which)

@@ -78,7 +78,7 @@ def audit(recording: Recording, model: SubjectModel, settings: Settings) -> Cont
     found = [d for group, lost in zip(groups, loss) for d in _doubts(tracks, state, given, group, -lost, frames)]
     sound = np.where(state.identity == given, given, NO_MATCH)
     own = yield from _own_evidence(scene, state.identity, recording.points.shape[:2])
-    own[_named(tracks, sound, own.shape) == NO_MATCH] = np.nan
+    own[tracks.by_column(sound, own.shape[1]) == NO_MATCH] = np.nan
     off = slips(own, recording.points, recording.rate)
     found += [Doubt(column, first, last, NO_MATCH, fall) for column, first, last, fall in off]
     return _joined(sorted(found, key=lambda d: (d.column, d.first)), recording)
@@ -111,14 +111,6 @@ def _own_evidence(scene: Scene, identity: np.ndarray, shape: tuple[int, int]) ->
     return own
 
 
-def _named(tracks: Trajectories, each: np.ndarray, shape: tuple[int, int]) -> Int[np.ndarray, "frames points"]:
-    """What `each` says of the trajectory of every point of the recording, `NO_MATCH` where there is none."""
-    found = np.full(shape, NO_MATCH)
-    frame, slot = np.nonzero(tracks.index != NO_MATCH)
-    found[frame, tracks.column[frame, slot]] = each[tracks.index[frame, slot]]
-    return found
-
-
 def _without_smooth_changes(
     recording: Recording, tracks: Trajectories, given: np.ndarray, found: np.ndarray
 ) -> Int[np.ndarray, " trajectories"]:
@@ -126,7 +118,7 @@ def _without_smooth_changes(
     # Evidence also breaks where neighbours come and go, but a point that goes on smoothly is no other than before.
     smooth = leaps(recording.points) <= LEAP
     kept = found.copy()
-    at = _named(tracks, np.arange(len(tracks)), recording.points.shape[:2])
+    at = tracks.by_column(np.arange(len(tracks)), recording.points.shape[1])
     frame, column = np.nonzero(smooth & (at[:-1] != at[1:]) & (at[:-1] != NO_MATCH) & (at[1:] != NO_MATCH))
     for one, other in zip(at[frame, column], at[frame + 1, column]):
         for changed, same in ((one, other), (other, one)):

@@ -4,6 +4,7 @@ from dshpm_jax._control.evidence import frame_evidence, labels_in, sample_frames
 from dshpm_jax._control.resolving import resolve
 from dshpm_jax._control.scene import Scene
 from dshpm_jax._control.settling import improve, settle
+from dshpm_jax._control.several import tell_apart
 from dshpm_jax._control.voting import vote
 from dshpm_jax._requests import Control, Together
 
@@ -21,4 +22,5 @@ def full(scene: Scene) -> Control:
     best = yield from improve(scene, best, frames)
     best = yield from resolve(scene, best, frames)
     best = yield from improve(scene, best, frames)
+    best = yield from tell_apart(scene, best, frames)
     return best, fits

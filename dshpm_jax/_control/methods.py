@@ -6,11 +6,9 @@ import numpy as np
 
 from dshpm_jax._control.decision import decide
 from dshpm_jax._control.dynamic import identify, key_frame
-from dshpm_jax._control.evidence import sample_frames
 from dshpm_jax._control.full import full
 from dshpm_jax._control.propagation import propagate
 from dshpm_jax._control.scene import Known, Scene
-from dshpm_jax._control.several import tell_apart
 from dshpm_jax._labelling import Reason
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._requests import Control, Together
@@ -30,7 +28,6 @@ def label_control(trajectories: Trajectories, model: SubjectModel, settings: Set
 
 def _full(scene: Scene) -> Control:
     state, fits = yield from full(scene)
-    state = yield from tell_apart(scene, state, sample_frames(scene))
     identity, confidence, reason = decide(scene, state)
     return identity, confidence, reason, {"svd_count": fits + scene.evidence_fits}
 

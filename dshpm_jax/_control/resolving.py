@@ -8,7 +8,7 @@ from dshpm_jax._control.evidence import ACCEPT
 from dshpm_jax._control.scene import Known, Scene
 from dshpm_jax._control.segment import match_segment
 from dshpm_jax._control.settling import State, settle
-from dshpm_jax._hierarchy import children
+from dshpm_jax._hierarchy import subtree
 from dshpm_jax._requests import Control, Together
 from dshpm_jax._types import NO_MATCH
 
@@ -79,14 +79,9 @@ def _spread(frames: np.ndarray) -> list[int]:
 
 def _trials(scene: Scene, segment: int) -> list[_Trial]:
     """The segment alone, with its joins and without, and with all that hangs from it."""
-    chain = tuple(_subtree(scene, segment))
+    chain = tuple(subtree(scene.model.segments, segment))
     alone = [((segment,), True), ((segment,), False)]
     return alone if len(chain) == 1 else [*alone, (chain, True), (chain, False)]
-
-
-def _subtree(scene: Scene, segment: int) -> list[int]:
-    """The segment and all that hangs from it, parents before children."""
-    return [segment, *(s for child in children(scene.model.segments, segment) for s in _subtree(scene, child))]
 
 
 def _votes(scene: Scene, state: State, chain: tuple[int, ...], use_joins: bool, frames: list[int]) -> Control:

@@ -14,7 +14,7 @@ from dshpm_jax._control.evidence import (
     mean_over_lives,
     objective,
 )
-from dshpm_jax._control.moves import apply_moves, judge_moves, propose_moves
+from dshpm_jax._control.moves import Move, apply_moves, judge_moves, propose_moves
 from dshpm_jax._control.scene import Scene
 from dshpm_jax._requests import Control
 from dshpm_jax._types import NO_MATCH
@@ -86,14 +86,19 @@ def improve(scene: Scene, state: State, frames: np.ndarray) -> Control:
     """Makes moves for as long as they pay."""
     for _ in range(MOVE_ROUNDS):
         moves = propose_moves(scene, state.identity, state.evidence)
-        if not moves:
-            return state
-        worth = yield from judge_moves(scene, state.identity, moves, frames, state.frames)
-        changed = apply_moves(state.identity, moves, worth)
-        if (changed == state.identity).all():
-            return state
-        following = yield from settle(scene, changed, frames, state.frames)
-        if following.worth <= state.worth:
+        following = yield from make_moves(scene, state, moves, frames)
+        if following is state or following.worth <= state.worth:
             return state
         state = following
     return state
+
+
+def make_moves(scene: Scene, state: State, moves: list[Move], frames: np.ndarray) -> Control:
+    """What becomes of `state` with those of `moves` made that pay, better or worse; `state` itself if none does."""
+    if not moves:
+        return state
+    worth = yield from judge_moves(scene, state.identity, moves, frames, state.frames)
+    changed = apply_moves(state.identity, moves, worth)
+    if (changed == state.identity).all():
+        return state
+    return (yield from settle(scene, changed, frames, state.frames))

@@ -11,10 +11,10 @@ import numpy as np
 from jaxtyping import Int
 from scipy.sparse.csgraph import connected_components
 
-from dshpm_jax._control.moves import Move, apply_moves, judge_moves
+from dshpm_jax._control.moves import Move
 from dshpm_jax._control.scene import Scene
-from dshpm_jax._control.settling import State, improve, settle
-from dshpm_jax._hierarchy import Segment, children
+from dshpm_jax._control.settling import State, improve, make_moves
+from dshpm_jax._hierarchy import Segment, subtree
 from dshpm_jax._requests import Control
 from dshpm_jax._subjects import subjects_of
 from dshpm_jax._types import NO_MATCH
@@ -27,13 +27,9 @@ def tell_apart(scene: Scene, state: State, frames: np.ndarray) -> Control:
     exchanges = list(_exchanges(scene))
     for _ in range(EXCHANGE_ROUNDS if exchanges else 0):
         moves = [move for to in exchanges for move in _moves(scene, state.identity, to)]
-        if not moves:
+        following = yield from make_moves(scene, state, moves, frames)
+        if following is state:
             return state
-        worth = yield from judge_moves(scene, state.identity, moves, frames, state.frames)
-        changed = apply_moves(state.identity, moves, worth)
-        if (changed == state.identity).all():
-            return state
-        following = yield from settle(scene, changed, frames, state.frames)
         following = yield from improve(scene, following, frames)
         if following.worth <= state.worth:
             return state
@@ -63,12 +59,7 @@ def _parts(segments: tuple[Segment, ...]) -> Iterator[set[int]]:
     """The markers of each segment alone, then with all that hangs from it."""
     for s, segment in enumerate(segments):
         yield set(segment.markers)
-        below, waiting = set(segment.markers), children(segments, s)
-        while waiting:
-            here = waiting.pop()
-            below |= set(segments[here].markers)
-            waiting += children(segments, here)
-        yield below
+        yield {marker for below in subtree(segments, s) for marker in segments[below].markers}
 
 
 def _moves(scene: Scene, identity: np.ndarray, to: np.ndarray) -> list[Move]:
