@@ -40,15 +40,20 @@ def write_sidecar(labelling: Labelling, path: str | Path, record: Mapping[str, A
     write_whole(Path(path), [("{\n" + ",\n".join(lines) + "\n}\n").encode()])
 
 
-def read_sidecar_head(path: str | Path) -> dict[str, Any] | None:
-    """All but the trajectories of a sidecar; None where there is none or the file is something else."""
+def read_sidecar(path: str | Path) -> dict[str, Any] | None:
+    """A whole sidecar; None where there is none or the file is something else."""
     try:
         found = json.loads(Path(path).read_bytes())
     except (OSError, ValueError):
         return None
-    if not isinstance(found, dict) or found.get("format") != FORMAT:
-        return None
-    found.pop("trajectories", None)
+    return found if isinstance(found, dict) and found.get("format") == FORMAT and "trajectories" in found else None
+
+
+def read_sidecar_head(path: str | Path) -> dict[str, Any] | None:
+    """All but the trajectories of a sidecar; None where there is none or the file is something else."""
+    found = read_sidecar(path)
+    if found is not None:
+        del found["trajectories"]
     return found
 
 
