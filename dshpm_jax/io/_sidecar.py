@@ -1,6 +1,7 @@
 """What was decided about each trajectory, as JSON beside the labelled file."""
 
 import json
+import re
 from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
@@ -14,6 +15,8 @@ from dshpm_jax._types import NO_MATCH
 from dshpm_jax.io._atomic import write_whole
 
 FORMAT = "dshpm-labels"
+
+_COLUMN_RUNS = re.compile(rb'"columns": \[\[[-0-9, \[\]]*\]\], ')  # no label holds this: its quotes are escaped
 
 
 def write_sidecar(labelling: Labelling, path: str | Path, record: Mapping[str, Any] | None = None) -> None:
@@ -40,10 +43,15 @@ def write_sidecar(labelling: Labelling, path: str | Path, record: Mapping[str, A
     write_whole(Path(path), [("{\n" + ",\n".join(lines) + "\n}\n").encode()])
 
 
-def read_sidecar(path: str | Path) -> dict[str, Any] | None:
-    """A whole sidecar; None where there is none or the file is something else."""
+def read_sidecar(path: str | Path, column_runs: bool = True) -> dict[str, Any] | None:
+    """A whole sidecar; None where there is none or the file is something else.
+
+    Without `column_runs`, trajectories that change their column do not say where: that is most of a sidecar of raw
+    points, and of the time to read it.
+    """
     try:
-        found = json.loads(Path(path).read_bytes())
+        text = Path(path).read_bytes()
+        found = json.loads(text if column_runs else _COLUMN_RUNS.sub(b"", text))
     except (OSError, ValueError):
         return None
     return found if isinstance(found, dict) and found.get("format") == FORMAT and "trajectories" in found else None

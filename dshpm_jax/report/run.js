@@ -6,7 +6,8 @@ const STEP = 100;  // rows of a table shown at a time
 const tone = outcome => GOOD.includes(outcome) ? "good" : PART.includes(outcome) ? "warn" : "bad";
 const percent = x => x == null ? "" : x === 1 ? "100 %" : (Math.floor(1000 * x) / 10).toFixed(1) + " %";
 const count = x => x == null ? "" : x.toLocaleString("en");
-const seconds = x => x == null ? "" : x >= 100 ? count(Math.round(x)) + " s" : x.toFixed(x < 1 ? 2 : 1) + " s";
+const seconds = x => x == null ? "" : x >= 7200 ? (x / 3600).toFixed(1) + " h" : x >= 100 ? count(Math.round(x)) + " s"
+  : x.toFixed(x < 1 ? 2 : 1) + " s";
 const sum = (rows, key) => rows.reduce((total, row) => total + (row[key] ?? 0), 0);
 
 function make(tag, parent, text, className) {
@@ -136,7 +137,8 @@ const known = key => files.map(file => file[key]).filter(value => value != null)
 const whole = x => Math.round(100 * x) + " %";
 histogram("Completeness", "files by share of markers found", known("completeness"), even(0, 1, 20), whole);
 const doubted = known("confidence").map(c => Math.max(c, 0.8));
-histogram("Confidence", "files by mean over their labels, lower ones at .8", doubted, even(0.8, 1, 20), x => x.toFixed(2));
+const fromLow = x => (x === 0.8 ? "up to " : "") + x.toFixed(2);
+histogram("Confidence", "files by mean over their labels", doubted, even(0.8, 1, 20), fromLow);
 const longest = timed.reduce((most, file) => Math.max(most, file.seconds), 0);
 histogram("Time", "files by seconds taken", timed.map(file => file.seconds), even(0, longest * 1.001 || 1, 20), seconds);
 if (!known("completeness").length) document.getElementById("charts").parentNode.hidden = true;

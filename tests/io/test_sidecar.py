@@ -47,3 +47,15 @@ def test_the_head_is_read_back(tmp_path):
     (tmp_path / "b.json").write_text('{"format": "something else"}')
     assert io.read_sidecar_head(tmp_path / "b.json") is None
     assert io.read_sidecar_head(tmp_path / "nowhere.json") is None
+
+
+def test_read_back_with_and_without_column_runs(tmp_path):
+    name = '"columns": [[1, 2, 3]], '
+    recording = Recording(np.ones((6, 2, 3)), (name, "B"), 100.0)
+    links = np.tile([0, 1], (6, 1))
+    links[2], links[5] = [1, 0], NO_MATCH
+    io.write_sidecar(make_labelling(recording, [name], links), tmp_path / "a.json")
+    whole, short = io.read_sidecar(tmp_path / "a.json"), io.read_sidecar(tmp_path / "a.json", column_runs=False)
+    assert whole is not None and short is not None
+    assert [row.pop("columns") for row in whole["trajectories"]] == [[[0, 0, 2], [1, 3, 5]], [[1, 0, 2], [0, 3, 5]]]
+    assert short == whole and short["markers"] == [name]
