@@ -1,19 +1,17 @@
 """The command line: arguments in, one line for each file out."""
 
 import argparse
-import dataclasses
 import json
-import os
 import sys
 from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
-from typing import TextIO
 
 from dshpm_jax import io
-from dshpm_jax._archive import FAILED, KEPT, UP_TO_DATE, Job, Outcome, UsageError, find_jobs, label_archive
+from dshpm_jax._archive import UsageError, command
+from dshpm_jax._compile_cache import cache_programs
+from dshpm_jax._console import complain, say
 from dshpm_jax._recording import Recording
-from dshpm_jax._settings import Settings
 
 OK, FAILURES, WRONG_USAGE, INTERRUPTED = 0, 1, 2, 130
 
@@ -24,10 +22,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         return arguments.run(arguments)
     except UsageError as error:
-        _complain(error)
+        complain(error)
         return WRONG_USAGE
     except KeyboardInterrupt:
-        _complain("interrupted; what was written is whole, the same command goes on from here")
+        complain("interrupted; what was written is whole, the same command goes on from here")
         return INTERRUPTED
 
 
@@ -49,20 +47,8 @@ def _parser() -> argparse.ArgumentParser:
     model.set_defaults(run=_model)
 
     label = commands.add_parser("label", help="labels recordings")
-    label.add_argument("inputs", nargs="+", type=Path, metavar="INPUT", help="C3D or TRC file, or a folder of them")
-    label.add_argument("-o", dest="out", type=Path, required=True, metavar="OUT", help="folder for the results")
-    label.add_argument(
-        "--model",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="MODEL",
-        help="once for each subject; otherwise the nearest model.json of each file",
-    )
-    label.add_argument("--method", choices=("full", "paper", "static"), help="how to label (default: full)")
-    label.add_argument("--settings", type=Path, metavar="FILE", help="TOML file with the method and its parameters")
-    label.add_argument("--force", action="store_true", help="overwrite earlier results")
-    label.set_defaults(run=_label)
+    command.add_options(label)
+    label.set_defaults(run=command.run)
 
     check = commands.add_parser("check", help="audits the labels that recordings have")
     check.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING", help="labelled C3D or TRC file")
@@ -73,7 +59,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _demo(arguments: argparse.Namespace) -> int:
-    _cache_programs()
+    cache_programs()
     from dshpm_jax._demo import run
 
     return run(arguments.out)
@@ -92,13 +78,13 @@ def _model(arguments: argparse.Namespace) -> int:
         arguments.out.parent.mkdir(parents=True, exist_ok=True)
         io.write_model(model, arguments.out)
     except (io.ReadError, io.WriteError) as error:
-        _complain(error)
+        complain(error)
         return FAILURES
     except ValueError as error:
-        _complain(f"no model of {', '.join(map(str, arguments.recordings))}: {error}")
+        complain(f"no model of {', '.join(map(str, arguments.recordings))}: {error}")
         return FAILURES
     except OSError as error:
-        _complain(f"{arguments.out}: cannot be written ({error.strerror}); give another file")
+        complain(f"{arguments.out}: cannot be written ({error.strerror}); give another file")
         return FAILURES
     print(f"{arguments.out}: {model.num_markers} markers in {len(model.segments)} segments")
     return OK
@@ -111,35 +97,12 @@ def _read_labelled(path: Path) -> Recording:
     return recording
 
 
-def _label(arguments: argparse.Namespace) -> int:
-    settings = _settings(arguments)
-    for model in arguments.model:
-        if not model.is_file():
-            raise UsageError(f"{model}: there is no such model; make one with 'dshpm-jax model'")
-    jobs = find_jobs(arguments.inputs, arguments.model, arguments.out)
-    _cache_programs()
-    outcomes = label_archive(jobs, arguments.out, settings, arguments.force)
-    if sys.stderr.isatty():
-        from tqdm import tqdm
-
-        outcomes = tqdm(outcomes, total=len(jobs), unit="file")
-    good = 0
-    for outcome in outcomes:
-        good += outcome.ok
-        if outcome.message:
-            _complain(outcome.message)
-        if outcome.outcome not in (FAILED, KEPT):
-            _say(_line(outcome))
-    _say(f"{good} of {len(jobs)} recordings labelled, results in {arguments.out}")
-    return OK if good == len(jobs) else FAILURES
-
-
 def _check(arguments: argparse.Namespace) -> int:
     if not arguments.model.is_file():
         raise UsageError(f"{arguments.model}: there is no such model; make one with 'dshpm-jax model'")
     if arguments.json and (arguments.json.suffix != ".json" or not arguments.json.parent.is_dir()):
         raise UsageError(f"{arguments.json}: no place for the findings; give a .json file in a folder that is there")
-    _cache_programs()
+    cache_programs()
     from dshpm_jax._checking import check_files
 
     rows, good = [], True
@@ -147,53 +110,12 @@ def _check(arguments: argparse.Namespace) -> int:
         good &= found.sound
         rows += found.rows
         for line in found.troubles:
-            _complain(line)
+            complain(line)
         for line in found.lines:
-            _say(line)
+            say(line)
     if arguments.json:
         arguments.json.write_text(json.dumps(rows, indent=1) + "\n")
     return OK if good else FAILURES
-
-
-def _settings(arguments: argparse.Namespace) -> Settings:
-    try:
-        settings = Settings.from_toml(arguments.settings) if arguments.settings else Settings()
-        return dataclasses.replace(settings, method=arguments.method) if arguments.method else settings
-    except ValueError as error:
-        raise UsageError(str(error)) from None
-
-
-def _line(outcome: Outcome) -> str:
-    job: Job = outcome.job
-    if outcome.outcome == UP_TO_DATE:
-        return f"{job.source}: up to date"
-    share, figures = outcome.figures["completeness"], outcome.figures
-    tracks = f"{figures['labelled_trajectories']} of {figures['trajectories']} trajectories"
-    return f"{job.source}: {outcome.outcome}, {share:.1%} of the markers found, {tracks}"
-
-
-def _cache_programs() -> None:
-    """Keeps compiled programs in the folder that DSHPM_CACHE names, if it does: they are good for one machine only."""
-    if folder := os.environ.get("DSHPM_CACHE"):
-        import jax
-
-        jax.config.update("jax_compilation_cache_dir", folder)
-        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.1)
-
-
-def _say(text: object, stream: TextIO | None = None) -> None:
-    """A line that does not run into a progress bar."""
-    stream = stream or sys.stdout
-    if sys.stderr.isatty():
-        from tqdm import tqdm
-
-        tqdm.write(str(text), file=stream)
-    else:
-        print(text, file=stream, flush=True)
-
-
-def _complain(text: object) -> None:
-    _say(f"dshpm-jax: {text}", sys.stderr)
 
 
 if __name__ == "__main__":

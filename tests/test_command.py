@@ -62,8 +62,62 @@ def test_label(folder, capsys, labeller):
     status, out, err = command(capsys, "label", "walk.c3d", "-o", "out")
     assert status == 0 and "walk.c3d: up to date" in out
     status, out, err = command(capsys, "label", "walk.c3d", "-o", "out", "--method", "paper")
-    assert status == 1 and "--force" in err and err.count("\n") == 1
-    assert command(capsys, "label", "walk.c3d", "-o", "out", "--method", "paper", "--force")[0] == 0
+    assert status == 0 and "walk.c3d: labelled, " in out
+    status, out, err = command(capsys, "label", "walk.c3d", "-o", "out", "--method", "paper", "--force")
+    assert status == 0 and "walk.c3d: labelled, " in out
+
+
+def test_dry_run_says_what_is_due_and_why_without_jax(folder, capsys, labeller):
+    code = (
+        "import sys\nfrom dshpm_jax.__main__ import main\n"
+        "assert main(['label', 'walk.c3d', '-o', 'out', '--dry-run']) == 0\nsys.exit('jax' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0 and not (folder / "out").exists()
+    assert done.stdout.splitlines() == [
+        "walk.c3d: would be labelled with model.json into out/walk.c3d; it has no result yet",
+        "1 of 1 recordings would be labelled",
+    ]
+    command(capsys, "label", "walk.c3d", "-o", "out")
+    assert "walk.c3d: up to date" in command(capsys, "label", "walk.c3d", "-o", "out", "--dry-run")[1]
+    io.write_c3d(make_recording(50), folder / "walk.c3d")
+    status, out, err = command(capsys, "label", "walk.c3d", "-o", "out", "--dry-run", "--method", "paper")
+    assert (status, err) == (0, "") and "its input and the settings changed since it was labelled" in out
+    (folder / "model.json").unlink()
+    status, out, err = command(capsys, "label", "walk.c3d", "-o", "out", "--dry-run")
+    assert status == 1 and "no model.json" in err and "0 of 1" in out
+
+
+def test_thresholds(folder, capsys, labeller):
+    status, _, err = command(capsys, "label", "walk.c3d", "-o", "out", "--completeness", "1")
+    assert status == 1 and "of its markers found" in err
+    (folder / "s.toml").write_text("min_confidence = 0.5\ncompleteness = 1.0\n")
+    thresholds = ["--settings", "s.toml", "--confidence", ".9", "--completeness", ".5"]
+    assert command(capsys, "label", "walk.c3d", "-o", "out", *thresholds)[0] == 0
+    written = io.read_sidecar_head(folder / "out" / "walk.labels.json")["settings"]
+    assert (written["min_confidence"], written["completeness"]) == (0.9, 0.5)
+
+
+def test_log_file(folder, capsys, labeller):
+    (folder / "bad.c3d").write_bytes(b"")
+    for _ in range(2):
+        assert command(capsys, "label", "bad.c3d", "walk.c3d", "-o", "out", "--log-file", "run.log")[0] == 1
+    log = (folder / "run.log").read_text()
+    assert log.count("bad.c3d: the file is empty") >= 2 and "Traceback" in log and "walk.c3d: labelled, " in log
+    before = (folder / "walk.c3d").read_bytes()
+    assert command(capsys, "label", "walk.c3d", "-o", "out", "--log-file", "walk.c3d")[0] == 2
+    assert (folder / "walk.c3d").read_bytes() == before
+
+
+def test_shards(folder, capsys, labeller):
+    for k in range(5):
+        io.write_c3d(make_recording(20, seed=k), folder / f"{k}.c3d")
+    counts = []
+    for share in ("0/2", "1/2"):
+        status, out, err = command(capsys, "label", ".", "-o", "out", "--shard", share)
+        assert (status, err) == (0, "")
+        counts.append(int(out.splitlines()[-1].split()[0]))
+    assert sum(counts) == 6 == len(list((folder / "out").glob("*.c3d"))) and min(counts) > 0
 
 
 def test_settings_file(folder, capsys, labeller):
@@ -85,6 +139,12 @@ def test_settings_file(folder, capsys, labeller):
         ["label", "walk.c3d", "-o", "out", "--model", "nowhere.json"],
         ["label", "walk.c3d", "-o", "out", "--settings", "nowhere.toml"],
         ["label", ".", "-o", "."],
+        ["label", ".", "-o", "out", "--shard", "2/2"],
+        ["label", ".", "-o", "out", "--shard", "first"],
+        ["label", ".", "-o", "out", "--completeness", "2"],
+        ["label", ".", "-o", "out", "--confidence", "sure"],
+        ["label", ".", "-o", "out", "--confidence", ".9", "--method", "paper"],
+        ["label", ".", "-o", "out", "--log-file", "nowhere/run.log"],
         ["label", "walk.c3d", "-o", "model.json"],
         ["model", "walk.c3d"],
         ["model", "walk.c3d", "-o", "walk.c3d"],

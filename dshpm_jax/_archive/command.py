@@ -1,0 +1,120 @@
+"""The command `label`: its options, and what it does with them."""
+
+import argparse
+import dataclasses
+import re
+from collections.abc import Sequence
+from contextlib import closing
+from pathlib import Path
+
+from dshpm_jax._archive.jobs import Job, UsageError, find_jobs, in_shard
+from dshpm_jax._archive.progress import Progress, log_to
+from dshpm_jax._archive.run import Order, label_archive, what_is_due
+from dshpm_jax._archive.standing import Due
+from dshpm_jax._console import complain, say
+from dshpm_jax._settings import Settings
+from dshpm_jax.io import WriteError
+
+
+def add_options(label: argparse.ArgumentParser) -> None:
+    """The options of `label`."""
+    label.add_argument("inputs", nargs="+", type=Path, metavar="INPUT", help="a recording, or a folder of them")
+    label.add_argument("-o", dest="out", type=Path, required=True, metavar="OUT", help="folder for the results")
+    label.add_argument(
+        "--model",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="MODEL",
+        help="once for each subject; otherwise the nearest model.json of each file",
+    )
+    how = label.add_argument_group("how to label")
+    how.add_argument("--method", choices=("full", "paper", "static"), help="how to label (default: full)")
+    how.add_argument("--settings", type=Path, metavar="FILE", help="TOML file with the method and its parameters")
+    how.add_argument(
+        "--confidence", type=float, metavar="X", help="labels less likely to be right stay away (default: 0.7)"
+    )
+    how.add_argument(
+        "--completeness",
+        type=float,
+        metavar="X",
+        help="a file with fewer of its markers found counts as partly labelled (default: 0.5)",
+    )
+    run = label.add_argument_group("the run")
+    run.add_argument("--dry-run", action="store_true", help="list what would be done, with which model; write nothing")
+    run.add_argument("--force", action="store_true", help="make earlier results again, even if nothing changed")
+    run.add_argument("--shard", type=_shard, metavar="I/N", help="only share I (from 0) of N, for job arrays")
+    run.add_argument("--log-file", type=Path, metavar="FILE", help="append what happens to this file, with times")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Labels, and gives the exit status: 0 all labelled, 1 not all."""
+    settings = _settings(arguments)
+    for model in arguments.model:
+        if not model.is_file():
+            raise UsageError(f"{model}: there is no such model; make one with 'dshpm-jax model'")
+    jobs = find_jobs(arguments.inputs, arguments.model, arguments.out)
+    order = Order(arguments.out, settings, arguments.force, arguments.shard)
+    if order.shard:
+        jobs = in_shard(jobs, order.shard)
+    if arguments.dry_run:
+        return _say_what_is_due(jobs, order)
+    log = log_to(arguments.log_file) if arguments.log_file else None
+    try:
+        return _label(jobs, order)
+    finally:
+        if log:
+            log.close()
+
+
+def _label(jobs: Sequence[Job], order: Order) -> int:
+    progress = Progress(jobs)
+    whole = True
+    try:
+        with closing(label_archive(jobs, order)) as outcomes:
+            for outcome in outcomes:
+                progress.take(outcome)
+    except WriteError as error:
+        complain(error)
+        whole = False
+    finally:
+        progress.end(order.out)
+    return 0 if whole and progress.all_labelled else 1
+
+
+def _say_what_is_due(jobs: Sequence[Job], order: Order) -> int:
+    """A line for each file, and the exit status: 1 if some cannot be labelled."""
+    num_due = num_wrong = 0
+    for found in what_is_due(jobs, order):
+        if isinstance(found, Due):
+            job = found.job
+            models = " and ".join(map(str, job.models))
+            say(f"{job.source}: would be labelled with {models} into {order.out / job.target}; it {found.why}")
+            num_due += 1
+        elif found.message:
+            complain(found.message)
+            num_wrong += 1
+        else:
+            say(f"{found.job.source}: up to date")
+    say(f"{num_due} of {len(jobs)} recordings would be labelled")
+    return 1 if num_wrong else 0
+
+
+def _settings(arguments: argparse.Namespace) -> Settings:
+    """Those of the file, and what else the command says."""
+    said = {"method": arguments.method, "completeness": arguments.completeness, "min_confidence": arguments.confidence}
+    try:
+        settings = Settings.from_toml(arguments.settings) if arguments.settings else Settings()
+        settings = dataclasses.replace(settings, **{name: value for name, value in said.items() if value is not None})
+    except ValueError as error:
+        raise UsageError(str(error)) from None
+    if arguments.confidence is not None and settings.method != "full":
+        raise UsageError(f"--confidence: the method '{settings.method}' withholds no labels; leave one of them out")
+    return settings
+
+
+def _shard(text: str) -> tuple[int, int]:
+    found = re.fullmatch(r"(\d+)/(\d+)", text)
+    if not found or not int(found[1]) < int(found[2]):
+        raise argparse.ArgumentTypeError(f"'{text}' is no share such as 0/4, 1/4, 2/4 or 3/4")
+    return int(found[1]), int(found[2])

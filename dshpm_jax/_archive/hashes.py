@@ -1,0 +1,40 @@
+"""Hashes that tell whether a result still belongs to its input, model and settings."""
+
+import dataclasses
+import hashlib
+import json
+from pathlib import Path
+
+from dshpm_jax import io
+from dshpm_jax._archive.jobs import subjects
+from dshpm_jax._model import SubjectModel
+from dshpm_jax._settings import Settings
+from dshpm_jax._subjects import combine_models
+
+INPUT, MODEL, SETTINGS = "sha256", "model", "settings"  # names of the hashes in manifests and sidecars
+
+
+def hash_file(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def hash_settings(settings: Settings) -> str:
+    """Of all that can change a label; how complete a file has to be is no such thing."""
+    found = dataclasses.asdict(settings)
+    del found["completeness"]
+    return _hash(found)
+
+
+def read_models(paths: tuple[Path, ...]) -> tuple[SubjectModel, str]:
+    """The model of the subjects of `paths`, and a hash that tells it from others."""
+    hashes = [hash_file(path) for path in paths]
+    found = [io.read_model(path) for path in paths]
+    if len(paths) == 1:
+        return found[0], hashes[0]
+    names = subjects(paths)
+    return combine_models(dict(zip(names, found))), _hash([names, hashes])
+
+
+def _hash(value: object) -> str:
+    return hashlib.sha256(json.dumps(value).encode()).hexdigest()

@@ -1,0 +1,132 @@
+"""What is to be labelled, with which model, and where the answer goes."""
+
+import dataclasses
+import hashlib
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from dshpm_jax import io
+
+MODEL_NAME = "model.json"
+
+
+class UsageError(ValueError):
+    """An order that makes no sense whatever the files hold."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """A recording to label.
+
+    Attributes:
+        source: the recording.
+        target: the labelled file, relative to the folder of the results.
+        models: its subjects' models; none where none was found.
+        problem: why it cannot be labelled at all, or nothing.
+        clashes: whether `target` is the result of another recording.
+    """
+
+    source: Path
+    target: Path
+    models: tuple[Path, ...] = ()
+    problem: str = ""
+    clashes: bool = False
+
+    @property
+    def sidecar(self) -> Path:
+        return self.target.with_name(f"{self.target.stem}.labels.json")
+
+
+def find_jobs(inputs: Sequence[Path], models: Sequence[Path], out: Path) -> list[Job]:
+    """Every recording of `inputs`, files or folders (searched recursively), in the order of their names.
+
+    A recording shows the subjects of `models`, or else that of the nearest `model.json` in its folder or above, up to
+    the input given.
+    Results keep their places relative to the input folder. `out` itself is not searched.
+    """
+    if out.exists() and not out.is_dir():
+        raise UsageError(f"{out}: is a file; give a folder for the results")
+    for folder in inputs:
+        if folder.is_dir() and folder.resolve() == out.resolve():
+            raise UsageError(f"{out}: is an input; give another folder for the results, inside it if you like")
+    subjects(models)
+    jobs = [job for given in inputs for job in _jobs_of(given, tuple(models), out)]
+    jobs = _without_clashes(list({job.source.resolve(): job for job in jobs}.values()))
+    originals = {job.source.resolve() for job in jobs}
+    for job in jobs:
+        if (out / job.target).resolve() in originals:
+            raise UsageError(f"{out / job.target}: would overwrite an input; give another folder for the results")
+    return jobs
+
+
+def subjects(models: Sequence[Path]) -> list[str]:
+    """What the subjects of several models are called: like the files, or their folders where those are `model.json`."""
+    names = [path.stem if path.name != MODEL_NAME else path.resolve().parent.name for path in models]
+    if twice := next((name for name in names if names.count(name) > 1), None):
+        raise UsageError(f"two of the models are of a subject called '{twice}'; rename one of the files")
+    return names
+
+
+def in_shard(jobs: Sequence[Job], shard: tuple[int, int]) -> list[Job]:
+    """The jobs of shard `i` of `n`: which one a job is in depends on its result's name alone, not on other files."""
+    i, n = shard
+    return [job for job in jobs if int(hashlib.sha256(job.sidecar.as_posix().encode()).hexdigest(), 16) % n == i]
+
+
+def _jobs_of(given: Path, models: tuple[Path, ...], out: Path) -> list[Job]:
+    if not given.is_dir():
+        problem = "" if given.exists() else "there is no such file or folder; check the path"
+        return [_job(given, Path(given.name), models or _nearest_model(given.parent, given.parent), problem)]
+    closed: list[OSError] = []
+    found = [
+        _job(path, path.relative_to(given), models or _nearest_model(path.parent, given))
+        for path in _recordings(given, out.resolve(), closed)
+    ]
+    found += [_closed(error, given) for error in closed]
+    kinds = " or ".join(io.SUFFIXES)
+    return found or [Job(given, Path(given.name), (), f"no recordings in this folder; expected files in {kinds}")]
+
+
+def _job(source: Path, place: Path, models: tuple[Path, ...], problem: str = "") -> Job:
+    if not models and not problem:
+        problem = f"no {MODEL_NAME} in its folder or above; give --model or make one with 'dshpm-jax model'"
+    return Job(source, place.with_name(f"{place.stem}.c3d"), models, problem)
+
+
+def _closed(error: OSError, given: Path) -> Job:
+    """Stands for whatever is in a folder that cannot be searched."""
+    folder = Path(error.filename)
+    place = folder.relative_to(given) if folder != given else Path(given.name)
+    return Job(folder, place, (), f"this folder cannot be searched ({error.strerror}); check its permissions")
+
+
+def _recordings(folder: Path, out: Path, closed: list[OSError]) -> Iterator[Path]:
+    for here, folders, files in os.walk(folder, onerror=closed.append):
+        folders[:] = sorted(f for f in folders if not f.startswith(".") and (Path(here) / f).resolve() != out)
+        for name in sorted(files):
+            if Path(name).suffix.lower() in io.SUFFIXES and not name.startswith("."):
+                yield Path(here) / name
+
+
+def _nearest_model(folder: Path, top: Path) -> tuple[Path, ...]:
+    for here in (folder, *folder.parents):
+        if (here / MODEL_NAME).is_file():
+            return (here / MODEL_NAME,)
+        if here == top:
+            break
+    return ()
+
+
+def _without_clashes(jobs: list[Job]) -> list[Job]:
+    """The jobs with a problem for each whose result or sidecar would overwrite that of one before it."""
+    taken: dict[Path, Path] = {}
+    checked = []
+    for job in jobs:
+        first = taken.setdefault(job.sidecar, job.source)
+        if first != job.source:
+            clash = f"its result would overwrite that of {first}; rename it or label it into another folder"
+            job = dataclasses.replace(job, problem=job.problem or clash, clashes=True)
+        checked.append(job)
+    return checked

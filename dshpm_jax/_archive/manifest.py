@@ -1,0 +1,150 @@
+"""`manifest.jsonl` and `summary.csv`: a row for each file, whichever run it was labelled in."""
+
+import csv
+import json
+import logging
+from collections.abc import Iterable, Mapping
+from datetime import UTC, datetime
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dshpm_jax._archive.outcomes import Outcome
+from dshpm_jax.io._atomic import write_whole
+
+MANIFEST_NAME = "manifest.jsonl"
+SHARDS_NAME = "manifest-shards"
+SUMMARY_NAME = "summary.csv"
+
+_ABOUT_THE_RUN = ("seconds", "finished")
+_COLUMNS = (
+    *("input", "output", "outcome", "completeness", "confidence", "message", "frames", "points", "labelled_points"),
+    *("trajectories", "labelled_trajectories", "seconds", "finished", "models", "sha256", "model", "settings"),
+)
+
+_log = logging.getLogger(__name__)
+
+Row = dict[str, Any]
+
+
+class Manifest:
+    """The rows of all runs into `out`; those of this run are appended as they come.
+
+    Shards run side by side, maybe on several machines. Each appends to a file of its own, and whoever ends puts all of
+    them together; the newest row of a file counts.
+
+    Attributes:
+        rows: what is known of each file, by its result; in that order once the manifest is closed.
+    """
+
+    def __init__(self, out: Path, shard: tuple[int, int] | None = None):
+        self._out = out
+        self._journal = out / SHARDS_NAME / f"{shard[0]}-of-{shard[1]}.jsonl" if shard else out / MANIFEST_NAME
+        self._journal.parent.mkdir(parents=True, exist_ok=True)
+        with self._journal.open("a"):
+            pass  # a folder that cannot be written shows before anything is labelled
+        self._mine: dict[str, Row] = {}
+        self.rows = _newest(self._files())
+
+    def add(self, outcome: Outcome) -> None:
+        """Appends the row of `outcome`, unless it is up to date and its row is there."""
+        row = _row(outcome)
+        key = _key(row)
+        if outcome.was_there and key in self.rows and _lasting(row) == _lasting(self.rows[key]):
+            return
+        self.rows[key] = self._mine[key] = row
+        try:
+            with self._journal.open("a") as file:
+                file.write(_text(row))
+        except OSError:  # a full disk, say; it is tried again at the end
+            _log.debug("%s cannot be written now", self._journal, exc_info=True)
+
+    def close(self) -> None:
+        """Writes the manifest with each file once, and the summary; raises `OSError` where that is not possible."""
+        manifest = self._out / MANIFEST_NAME
+        if self._journal != manifest:
+            _write(self._journal, _newest([self._journal]) | self._mine)
+        while True:
+            shards = _contents(self._shards())
+            found = {**_newest(self._files()), **self._mine}
+            self.rows = {key: found[key] for key in sorted(found) if self._stands_for_something(found[key])}
+            _write(manifest, self.rows)
+            write_whole(self._out / SUMMARY_NAME, [_summary(self.rows)])
+            if _contents(self._shards()) == shards:
+                return  # else another shard ended at the same time, and it is not known who wrote last
+
+    def _shards(self) -> list[Path]:
+        return sorted((self._out / SHARDS_NAME).glob("*.jsonl"))
+
+    def _files(self) -> list[Path]:
+        return [self._out / MANIFEST_NAME, *self._shards()]
+
+    def _stands_for_something(self, row: Row) -> bool:
+        """Whether the recording of `row` or its result is still there."""
+        return Path(row["input"]).exists() or bool(row["output"] and (self._out / row["output"]).exists())
+
+
+def _row(outcome: Outcome) -> Row:
+    job = outcome.job
+    return {
+        "input": str(job.source.absolute()),
+        "output": None if job.clashes else job.target.as_posix(),
+        "models": [str(path.absolute()) for path in job.models],
+        "outcome": outcome.outcome,
+        **({"message": outcome.message} if outcome.message else {}),
+        **outcome.hashes,
+        **outcome.figures,
+        **({} if outcome.seconds is None else {"seconds": outcome.seconds}),
+        "finished": datetime.now(UTC).isoformat(),
+    }
+
+
+def _key(row: Row) -> str:
+    """One for each result; of two recordings whose results clash, one has none."""
+    return row["output"] or row["input"]
+
+
+def _lasting(row: Row) -> Row:
+    return json.loads(_text({name: value for name, value in row.items() if name not in _ABOUT_THE_RUN}))
+
+
+def _newest(paths: Iterable[Path]) -> dict[str, Row]:
+    """The newest row of each file; lines that a killed run left unfinished are passed over."""
+    rows: dict[str, Row] = {}
+    for path, text in _contents(paths).items():
+        for line in text.splitlines():
+            try:
+                row = json.loads(line)
+                known = rows.get(_key(row))
+                if known is None or row["finished"] >= known["finished"]:
+                    rows[_key(row)] = row
+            except (ValueError, TypeError, KeyError):
+                _log.debug("%s holds a line that is no row: %s", path, line)
+    return rows
+
+
+def _contents(paths: Iterable[Path]) -> dict[Path, str]:
+    return {path: path.read_text(encoding="utf-8", errors="replace") for path in paths if path.exists()}
+
+
+def _write(path: Path, rows: Mapping[str, Row]) -> None:
+    write_whole(path, [_text(row).encode() for row in rows.values()])
+
+
+def _text(row: Row) -> str:
+    return json.dumps(row, default=_plain) + "\n"
+
+
+def _summary(rows: Mapping[str, Row]) -> bytes:
+    table = StringIO(newline="")
+    writer = csv.DictWriter(table, _COLUMNS, extrasaction="ignore")
+    writer.writeheader()
+    writer.writerows({**row, "models": " ".join(row.get("models", ()))} for row in rows.values())
+    return table.getvalue().encode()
+
+
+def _plain(value: Any) -> Any:
+    """Numpy values, which json does not know."""
+    return value.tolist() if isinstance(value, np.ndarray | np.generic) else str(value)

@@ -1,0 +1,56 @@
+"""A result appears whole, sidecar and all, or not at all, and never in the place of a file that has to stay."""
+
+import os
+import re
+import tempfile
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from shutil import rmtree
+from typing import Any
+
+from dshpm_jax import io
+from dshpm_jax._archive.hashes import INPUT, hash_file
+from dshpm_jax._archive.jobs import Job
+from dshpm_jax._archive.standing import kept_because
+from dshpm_jax._labelling import Labelling
+
+_UNFINISHED = re.compile(r"\.(?P<target>.+)\.[a-z0-9_]{8}\.part")  # as tempfile names them
+
+
+class ResultKept(Exception):
+    """The file in the result's place must not be overwritten."""
+
+
+def write_result(labelling: Labelling, job: Job, out: Path, hashes: Mapping[str, str], record: Mapping[str, Any]):
+    """Writes the labelled file and its sidecar, which holds `hashes`, `record` and the hash of the labelled file.
+
+    Raises:
+        ResultKept: somebody put another file there while the recording was labelled.
+        ReadError: the recording changed meanwhile.
+        OSError, WriteError: the result cannot be written.
+    """
+    target, sidecar = out / job.target, out / job.sidecar
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=f".{target.name}.", suffix=".part", dir=target.parent) as folder:
+        new = Path(folder) / target.name, Path(folder) / sidecar.name
+        io.write_labelled(labelling, new[0])
+        io.write_sidecar(labelling, new[1], {"hashes": dict(hashes), "output": hash_file(new[0]), **record})
+        if hash_file(job.source) != hashes[INPUT]:
+            raise io.ReadError(job.source, "changed while it was labelled", "label it again when it is complete")
+        if reason := kept_because(target, sidecar):
+            raise ResultKept(reason)
+        # A run that is killed here leaves no result beside a sidecar that does not belong to it.
+        target.unlink(missing_ok=True)
+        os.replace(new[1], sidecar)
+        os.replace(new[0], target)
+
+
+def remove_unfinished(jobs: Iterable[Job], out: Path) -> None:
+    """Removes what an earlier run that was killed left unfinished of the results of `jobs`."""
+    targets = {out / job.target for job in jobs}
+    for here, folders, _ in os.walk(out):
+        for name in list(folders):
+            found = _UNFINISHED.fullmatch(name)
+            if found and Path(here) / found["target"] in targets:
+                folders.remove(name)
+                rmtree(Path(here) / name, ignore_errors=True)

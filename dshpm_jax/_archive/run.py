@@ -1,0 +1,114 @@
+"""A run over an archive: what is due goes in batches to where it is labelled, and every file gets a row."""
+
+import logging
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from dshpm_jax._archive.batch import label_batch
+from dshpm_jax._archive.jobs import Job, UsageError
+from dshpm_jax._archive.manifest import Manifest
+from dshpm_jax._archive.outcomes import Outcome
+from dshpm_jax._archive.results import remove_unfinished
+from dshpm_jax._archive.standing import Due, Standing
+from dshpm_jax._settings import Settings
+from dshpm_jax.io import WriteError
+
+BATCH_FILES = 16
+BATCH_BYTES = 16 << 20  # of files in one batch, which bounds its memory and what is lost if it is interrupted
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Order:
+    """What a run is asked for.
+
+    Attributes:
+        out: the folder for the results.
+        force: whether results that are up to date are made again.
+        shard: which shard of how many this run is, if it does not do all (see `in_shard`).
+    """
+
+    out: Path
+    settings: Settings = Settings()
+    force: bool = False
+    shard: tuple[int, int] | None = None
+
+
+Step = Outcome | list[Job]
+"""A file with nothing to do, or a batch to label."""
+
+Place = Callable[[Iterator[Step], Order], Iterator[Outcome]]
+"""Where batches are labelled; passes on the outcomes of files with nothing to do."""
+
+
+def label_here(steps: Iterator[Step], order: Order) -> Iterator[Outcome]:
+    """Labels in this process."""
+    for step in steps:
+        if isinstance(step, Outcome):
+            yield step
+        else:
+            yield from label_batch(step, order.out, order.settings)
+
+
+def label_archive(jobs: Sequence[Job], order: Order, place: Place = label_here) -> Generator[Outcome, None, None]:
+    """Labels recordings into `order.out`, and gives their outcomes one by one.
+
+    Files of like size go together, the small ones first. A file that fails harms no other. What is there and up to
+    date is left alone; a result is made again if its input, model or settings changed, but files that are none of our
+    results or that somebody changed stay. The folder gets a manifest with a row for each file, whichever run it was
+    labelled in.
+
+    Raises:
+        UsageError: nothing can be written into the folder.
+        WriteError: no manifest or report could be written at the end.
+    """
+    try:
+        manifest = Manifest(order.out, order.shard)
+        remove_unfinished(jobs, order.out)
+    except OSError as error:
+        remedy = "give another folder for the results"
+        raise UsageError(f"{order.out}: cannot be written ({error.strerror}); {remedy}") from None
+    try:
+        for outcome in place(_steps(jobs, order), order):
+            manifest.add(outcome)
+            yield outcome
+    finally:
+        _end(manifest, order.out)
+
+
+def what_is_due(jobs: Iterable[Job], order: Order) -> Iterator[Due | Outcome]:
+    """What `label_archive` would do with each job; writes nothing."""
+    standing = Standing(order.out, order.settings, order.force)
+    return (standing.of(job) for job in jobs)
+
+
+def _steps(jobs: Sequence[Job], order: Order) -> Iterator[Step]:
+    """Recordings of like size together, so that little of a batch is padding."""
+    sizes = {job: _size(job.source) for job in jobs}
+    batch: list[Job] = []
+    for due in what_is_due(sorted(jobs, key=lambda job: (sizes[job], str(job.source))), order):
+        if isinstance(due, Outcome):
+            yield due
+            continue
+        total = sum(sizes[job] for job in batch) + sizes[due.job]
+        if batch and (len(batch) == BATCH_FILES or total > BATCH_BYTES):
+            yield batch
+            batch = []
+        batch.append(due.job)
+    if batch:
+        yield batch
+
+
+def _size(path: Path) -> int:
+    return path.stat().st_size if path.is_file() else 0
+
+
+def _end(manifest: Manifest, out: Path) -> None:
+    """Writes what is about the whole run."""
+    try:
+        manifest.close()
+    except OSError as error:
+        remedy = "the same command makes it again from the results"
+        raise WriteError(out, f"no manifest can be written ({error.strerror})", remedy) from None

@@ -1,0 +1,77 @@
+"""What is there already, and what is left to do."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from dshpm_jax import io
+from dshpm_jax._archive.hashes import INPUT, MODEL, SETTINGS, hash_file, hash_settings, read_models
+from dshpm_jax._archive.jobs import Job
+from dshpm_jax._archive.outcomes import FAILED, KEPT, Outcome, failed, judged
+from dshpm_jax._settings import Settings
+
+_KINDS = {INPUT: "its input", MODEL: "its model", SETTINGS: "the settings"}
+
+
+@dataclass(frozen=True)
+class Due:
+    """A job with something to do, and why."""
+
+    job: Job
+    why: str
+
+
+class Standing:
+    """Tells jobs that are due from those whose result is up to date, has to stay, or cannot be.
+
+    Files are hashed only where there is a result to compare with, so that a first run starts at once.
+    """
+
+    def __init__(self, out: Path, settings: Settings, force: bool):
+        self._out, self._settings, self._force = out, settings, force
+        self._models: dict[tuple[Path, ...], str] = {}
+
+    def of(self, job: Job) -> Due | Outcome:
+        if job.problem:
+            return Outcome(job, FAILED, f"{job.source}: {job.problem}")
+        try:
+            return self._of(job)
+        except Exception as error:
+            return failed(job, error)
+
+    def _of(self, job: Job) -> Due | Outcome:
+        if job.models not in self._models:
+            self._models[job.models] = read_models(job.models)[1]
+        target, sidecar = self._out / job.target, self._out / job.sidecar
+        if not target.exists() and not sidecar.exists():
+            return Due(job, "has no result yet")
+        head = io.read_sidecar_head(sidecar) or {}
+        hashes = {
+            INPUT: hash_file(job.source),
+            SETTINGS: hash_settings(self._settings),
+            MODEL: self._models[job.models],
+        }
+        changed = [kind for name, kind in _KINDS.items() if head.get("hashes", {}).get(name) != hashes[name]]
+        if target.exists() and "figures" in head and not changed and not self._force:
+            figures = head["figures"] | {"stats": head.get("stats", {})}
+            return judged(job, self._settings, hashes, figures, was_there=True)
+        if reason := kept_because(target, sidecar):
+            return Outcome(job, KEPT, reason, hashes)
+        return Due(job, _why(target, changed))
+
+
+def _why(target: Path, changed: list[str]) -> str:
+    if not target.exists():
+        return "has no result any more"
+    return f"{' and '.join(changed)} changed since it was labelled" if changed else "is labelled again by force"
+
+
+def kept_because(target: Path, sidecar: Path) -> str:
+    """Why the result at `target` must not be overwritten, or nothing: it is not ours, or not as we wrote it."""
+    head = io.read_sidecar_head(sidecar)
+    remedy = "move it away or give another folder for the results"
+    if head is None:
+        foreign = next((path for path in (target, sidecar) if path.exists()), None)
+        return f"{foreign}: is there and none of our results, not overwritten; {remedy}" if foreign else ""
+    if target.exists() and hash_file(target) != head.get("output"):
+        return f"{target}: was changed by somebody after it was labelled, not overwritten; {remedy}"
+    return ""

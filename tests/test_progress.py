@@ -1,0 +1,26 @@
+"""What people see of a run."""
+
+from pathlib import Path
+
+from dshpm_jax._archive.jobs import Job
+from dshpm_jax._archive.outcomes import FAILED, LABELLED, PARTLY, Outcome
+from dshpm_jax._archive.progress import STATUS_SECONDS, Progress
+
+
+def test_lines_of_status(tmp_path, capsys):
+    now = [0.0]
+    jobs = [Job(tmp_path / f"{k}.c3d", Path(f"{k}.c3d")) for k in range(4)]
+    for job in jobs:
+        job.source.write_bytes(b"1234")
+    progress = Progress(jobs, clock=lambda: now[0])
+    found = {"frames": 300, "completeness": 0.9, "trajectories": 40, "labelled_trajectories": 34}
+    for job, outcome in zip(jobs, (LABELLED, PARTLY, FAILED, LABELLED), strict=True):
+        now[0] += STATUS_SECONDS / 2
+        progress.take(Outcome(job, outcome, figures={} if outcome == FAILED else found, was_there=job is jobs[3]))
+    progress.end(tmp_path)
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == f"{jobs[0].source}: labelled, 90.0% of the markers found, 34 of 40 trajectories"
+    assert lines[2].startswith("2 of 4 files, 10 frames/s, 1 labelled, 1 partly labelled, 0 failed, expected end ")
+    assert lines[4].startswith("4 of 4 files, 5 frames/s, 2 labelled, 1 partly labelled, 1 failed, expected end ")
+    assert lines[5] == f"2 of 4 recordings labelled, 1 partly labelled, 1 failed, results in {tmp_path}"
+    assert not progress.all_labelled
