@@ -102,6 +102,7 @@ def test_a_folder_mirrored(archive, tmp_path, labeller):
         "bob/run.c3d",
         "bob/run.labels.json",
         "manifest.jsonl",
+        "report.html",
         "summary.csv",
     ]
     assert io.read(out / "bob" / "run.c3d").labels[:3] == tuple(MARKERS)
@@ -140,7 +141,7 @@ def test_a_second_run_does_what_is_missing_or_changed(archive, tmp_path, labelle
     again = run(archive, out)
     assert {o.outcome for o in again.values() if o.was_there} == {LABELLED}
     assert [name for name, o in again.items() if not o.was_there] == ["eve/jump.c3d"]
-    unlike = {"summary.csv", "manifest.jsonl"}  # the failed file was tried again later
+    unlike = {"manifest.jsonl", "report.html", "summary.csv"}  # the failed file was tried again later
     assert {k: v for k, v in contents(out).items() if k not in unlike} == {
         k: v for k, v in first.items() if k not in unlike
     }
@@ -253,7 +254,7 @@ def test_shards_write_one_manifest(archive, tmp_path, labeller):
     for outcomes in itertools.zip_longest(*running):  # side by side
         assert outcomes
     assert rows_of(shared).keys() == rows_of(whole).keys()
-    of_the_run = ("manifest", "summary.csv")
+    of_the_run = ("manifest", "report.html", "summary.csv")
     for name, content in contents(whole).items():
         assert name.startswith(of_the_run) or (shared / name).read_bytes() == content
     assert set(contents(shared)) - set(contents(whole)) == {f"manifest-shards/{k}-of-2.jsonl" for k in range(2)}
@@ -352,7 +353,7 @@ def test_a_result_that_cannot_be_written(archive, tmp_path, labeller, monkeypatc
     monkeypatch.setattr(io, "write_labelled", refuse)
     outcomes = run(archive, tmp_path / "out")
     assert "No space left" in outcomes["bob/run.c3d"].message
-    assert sorted(contents(tmp_path / "out")) == ["manifest.jsonl", "summary.csv"]
+    assert sorted(contents(tmp_path / "out")) == ["manifest.jsonl", "report.html", "summary.csv"]
 
 
 def test_a_full_disk_leaves_what_was_there(archive, tmp_path, labeller, monkeypatch):
@@ -366,7 +367,7 @@ def test_a_full_disk_leaves_what_was_there(archive, tmp_path, labeller, monkeypa
     monkeypatch.setattr("dshpm_jax.io._c3d_format.write_whole", refuse)
     outcomes = run(archive, out, force=True)
     assert all("No space left" in o.message for name, o in outcomes.items() if name != "eve/jump.c3d")
-    unlike = {"summary.csv", "manifest.jsonl"}
+    unlike = {"manifest.jsonl", "report.html", "summary.csv"}
     assert contents(out).keys() == before.keys()
     assert all(before[name] == content for name, content in contents(out).items() if name not in unlike)
 
@@ -394,6 +395,16 @@ def test_a_manifest_that_cannot_be_written_is_said_at_the_end(archive, tmp_path,
     with pytest.raises(io.WriteError, match="no manifest can be written .No space left on device"):
         run(archive, tmp_path / "out")
     assert (tmp_path / "out" / "bob" / "run.c3d").exists()
+
+
+def test_a_page_that_cannot_be_made_is_said_at_the_end(archive, tmp_path, labeller, monkeypatch):
+    def broken(out, rows):
+        raise KeyError("rate")
+
+    monkeypatch.setattr("dshpm_jax._archive.run.write_run_page", broken)
+    with pytest.raises(io.WriteError, match="no page can be made .KeyError: 'rate'"):
+        run(archive, tmp_path / "out")
+    assert len(rows_of(tmp_path / "out")) == 4
 
 
 def test_batches_are_bounded(tmp_path, labeller):

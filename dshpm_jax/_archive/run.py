@@ -13,9 +13,12 @@ from dshpm_jax._archive.results import remove_unfinished
 from dshpm_jax._archive.standing import Due, Standing
 from dshpm_jax._settings import Settings
 from dshpm_jax.io import WriteError
+from dshpm_jax.report._run_page import write_run_page
 
 BATCH_FILES = 16
 BATCH_BYTES = 16 << 20  # of files in one batch, which bounds its memory and what is lost if it is interrupted
+
+_REMEDY = "the same command makes it again from the results"
 
 _log = logging.getLogger(__name__)
 
@@ -75,7 +78,8 @@ def label_archive(jobs: Sequence[Job], order: Order, place: Place = label_here) 
             manifest.add(outcome)
             yield outcome
     finally:
-        _end(manifest, order.out)
+        _close(manifest, order.out)
+    _write_page(manifest, order.out)
 
 
 def what_is_due(jobs: Iterable[Job], order: Order) -> Iterator[Due | Outcome]:
@@ -105,10 +109,18 @@ def _size(path: Path) -> int:
     return path.stat().st_size if path.is_file() else 0
 
 
-def _end(manifest: Manifest, out: Path) -> None:
-    """Writes what is about the whole run."""
+def _close(manifest: Manifest, out: Path) -> None:
     try:
         manifest.close()
     except OSError as error:
-        remedy = "the same command makes it again from the results"
-        raise WriteError(out, f"no manifest can be written ({error.strerror})", remedy) from None
+        raise WriteError(out, f"no manifest can be written ({error.strerror})", _REMEDY) from None
+
+
+def _write_page(manifest: Manifest, out: Path) -> None:
+    try:
+        write_run_page(out, list(manifest.rows.values()))
+    except WriteError:
+        raise
+    except Exception as error:  # a sidecar that somebody edited, say
+        _log.debug("no page can be made", exc_info=True)
+        raise WriteError(out, f"no page can be made ({type(error).__name__}: {error})", _REMEDY) from None
