@@ -10,7 +10,8 @@ from dshpm_jax import _demo, io
 from dshpm_jax._labelling import Labelling, Reason
 from dshpm_jax._trajectories import from_columns
 from dshpm_jax._types import NO_MATCH
-from dshpm_jax.report._figures import _vertical, figures_png
+from dshpm_jax.report._figures import figures_png
+from dshpm_jax.report._looks import upward
 from dshpm_jax.synthesis import person
 
 PNG = b"\x89PNG"
@@ -93,4 +94,4 @@ def test_a_picture_where_nothing_was_found(labelled, tmp_path):
 @pytest.mark.parametrize("turned", [(0, 1, 2), (1, 2, 0), (2, 0, 1)])
 def test_the_vertical_is_found(activity, turned):
     points = person(34, activity, 300).recording.points[::50, :, list(turned)]
-    np.testing.assert_array_equal(_vertical(list(points)), np.eye(3)[turned.index(2)])
+    np.testing.assert_array_equal(upward(list(points)), np.eye(3)[turned.index(2)])

@@ -13,4 +13,6 @@ from dshpm_jax.io._read import read as read
 from dshpm_jax.io._segments_file import read_segments as read_segments
 from dshpm_jax.io._sidecar import read_sidecar as read_sidecar
 from dshpm_jax.io._sidecar import read_sidecar_head as read_sidecar_head
+from dshpm_jax.io._sidecar import sidecar as sidecar
+from dshpm_jax.io._sidecar import sidecar_path as sidecar_path
 from dshpm_jax.io._sidecar import write_sidecar as write_sidecar

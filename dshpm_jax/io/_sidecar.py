@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from dshpm_jax._hierarchy import depth_first
 from dshpm_jax._labelling import Labelling
 from dshpm_jax._recording import is_unlabelled
 from dshpm_jax._types import NO_MATCH
@@ -19,28 +20,42 @@ FORMAT = "dshpm-labels"
 _COLUMN_RUNS = re.compile(rb'"columns": \[\[[-0-9, \[\]]*\]\], ')  # no label holds this: its quotes are escaped
 
 
+def sidecar_path(path: str | Path) -> Path:
+    """Where the sidecar of a labelled file is."""
+    return Path(path).with_name(f"{Path(path).stem}.labels.json")
+
+
 def write_sidecar(labelling: Labelling, path: str | Path, record: Mapping[str, Any] | None = None) -> None:
     """Writes source columns, frames, label, confidence and reason of every trajectory, a line each.
 
     What `record` holds (settings, say, or hashes) goes into the head as it is. Frames and columns count from 0; both
     ends of a frame range belong to it.
     """
-    recording = labelling.recording
-    head = {
+    content = sidecar(labelling) | dict(record or {})
+    rows = ",\n".join("  " + _dumps(row) for row in content.pop("trajectories"))
+    lines = [f" {json.dumps(key)}: {_dumps(value)}" for key, value in content.items()]
+    lines.append(f' "trajectories": [\n{rows}\n ]')
+    write_whole(Path(path), [("{\n" + ",\n".join(lines) + "\n}\n").encode()])
+
+
+def sidecar(labelling: Labelling) -> dict[str, Any]:
+    """What `write_sidecar` writes and `read_sidecar` gives back."""
+    recording, model = labelling.recording, labelling.model
+    return {
         "format": FORMAT,
         "version": 1,
         "made_by": f"dshpm-jax {version('dshpm-jax')}",
         "source": recording.source.name if recording.source else None,
         "rate": recording.rate,
         "frames": recording.num_frames,
-        "markers": labelling.model.markers,
+        "markers": model.markers,
+        "segments": [
+            {"name": model.segments[s].name, "markers": [model.markers[m] for m in model.segments[s].markers]}
+            for s in depth_first(model.segments)
+        ],
         "stats": labelling.stats,
-        **(record or {}),
+        "trajectories": [_row(labelling, j) for j in range(len(labelling.trajectories))],
     }
-    lines = [f" {json.dumps(key)}: {_dumps(value)}" for key, value in head.items()]
-    rows = ",\n".join("  " + _dumps(row(labelling, j)) for j in range(len(labelling.trajectories)))
-    lines.append(f' "trajectories": [\n{rows}\n ]')
-    write_whole(Path(path), [("{\n" + ",\n".join(lines) + "\n}\n").encode()])
 
 
 def read_sidecar(path: str | Path, column_runs: bool = True) -> dict[str, Any] | None:
@@ -65,7 +80,7 @@ def read_sidecar_head(path: str | Path) -> dict[str, Any] | None:
     return found
 
 
-def row(labelling: Labelling, trajectory: int) -> dict[str, Any]:
+def _row(labelling: Labelling, trajectory: int) -> dict[str, Any]:
     """The sidecar's row of one trajectory; `columns` are runs [column, first, last] where it changes its column."""
     tracks, recording = labelling.trajectories, labelling.recording
     start, stop = int(tracks.start[trajectory]), int(tracks.stop[trajectory])

@@ -6,22 +6,19 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from scipy.sparse.csgraph import minimum_spanning_tree
 from scipy.spatial import ConvexHull, QhullError
+from scipy.spatial.distance import cdist
 
 from dshpm_jax._hierarchy import Segment, depth_first
 from dshpm_jax._labelling import Labelling
 from dshpm_jax._types import NO_MATCH
+from dshpm_jax.report._looks import COLOURS, shortest_tree, upward
 
 FIGURES = 7  # shown unless frames are given
 ELEVATION = 12.0  # degrees from which we look down
 ASIDE = 25.0  # degrees off the widest view, so that limbs do not hide each other
 GAP = 190.0  # between neighbouring figures (mm)
 WIDTH = 17.0  # of the picture (inches)
-COLOURS = (  # used in the order of the hierarchy, so that neighbours differ most
-    *("#3b5bdb", "#e8590c", "#2f9e44", "#9c36b5", "#f08c00", "#1098ad", "#e03131", "#74b816"),
-    *("#6741d9", "#c2255c", "#099268", "#a9742f", "#4dabf7", "#f783ac", "#5c940d", "#868e96"),
-)
 GREY, SHADOW, INK = "#adb5bd", "#eef0f2", "#343a40"
 
 
@@ -109,7 +106,7 @@ def _seen(pane: Pane) -> Bool[np.ndarray, "markers"]:
 def _view(panes: Sequence[Pane]) -> View:
     """Looks at the broad side of the shown figures, a little from aside and from above."""
     clouds = [pane.markers[_seen(pane)] for pane in panes if _seen(pane).any()]
-    vertical = _vertical(clouds)
+    vertical = upward(clouds)
     cloud = np.concatenate([c - c.mean(0) for c in clouds]) if clouds else np.zeros((1, 3))
     cloud = cloud - np.outer(cloud @ vertical, vertical)
     wide = np.linalg.svd(cloud)[2][0]
@@ -122,15 +119,6 @@ def _view(panes: Sequence[Pane]) -> View:
     front = np.cross(right, vertical)
     top = np.cos(above) * vertical - np.sin(above) * front
     return View(right, top, np.cross(right, top), vertical)
-
-
-def _vertical(clouds: Sequence[Float[np.ndarray, "n 3"]]) -> Float[np.ndarray, "3"]:
-    """The axis that points up, which files do not say.
-
-    Figures are taller than wide on average, and the axes of rooms that point up have positive coordinates upwards.
-    """
-    extent = np.sum([np.ptp(cloud, axis=0) for cloud in clouds] or [np.array([0.0, 0.0, 1.0])], axis=0)
-    return np.eye(3)[np.argmax(extent)]
 
 
 def _draw_pane(axes, labelling: Labelling, pane: Pane, view: View, ground: float, left: float) -> float:
@@ -179,7 +167,7 @@ def _draw_segments(axes, segments: Sequence[Segment], markers, view: View, shift
         outline = _outline(places)
         if len(outline):
             axes.fill(*places[outline].T, color=colours[s], alpha=0.2, linewidth=0, zorder=order)
-        links = _tree(segment.shape[held]) + [
+        links = shortest_tree(cdist(segment.shape[held], segment.shape[held])) + [
             (int(i), int(j)) for i, j in zip(outline, np.roll(outline, -1), strict=True)
         ]
         for link in links:
@@ -197,13 +185,6 @@ def _outline(places: Float[np.ndarray, "n 2"]) -> Int[np.ndarray, "k"]:
         return ConvexHull(places).vertices
     except QhullError:
         return np.zeros(0, dtype=int)
-
-
-def _tree(shape: Float[np.ndarray, "n 3"]) -> list[tuple[int, int]]:
-    """The shortest links that hold all markers of a segment together."""
-    distances = np.linalg.norm(shape[:, None] - shape[None], axis=-1)
-    links = minimum_spanning_tree(distances).tocoo()
-    return [(int(i), int(j)) for i, j in zip(links.row, links.col, strict=True)]
 
 
 def _colours(segments: Sequence[Segment]) -> dict[int, str]:

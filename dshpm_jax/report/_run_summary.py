@@ -68,8 +68,7 @@ class RunSummary:
         output = Path(str(row.get("output", "")))
         result = out / output
         has_result = "completeness" in row or not row.get("message")
-        sidecar = result.with_name(f"{result.stem}.labels.json")
-        found = io.read_sidecar(sidecar, column_runs=False) if has_result else None
+        found = io.read_sidecar(io.sidecar_path(result), column_runs=False) if has_result else None
         tracks = found["trajectories"] if found else []
         suspects = [track for track in tracks if _suspect(track)]
         number = len(self.files)

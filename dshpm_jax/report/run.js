@@ -191,7 +191,7 @@ const suspectColumns = [
     title: "File", key: row => fileOf(row).output,
     show: (cell, row) => {
       fileLink(cell, fileOf(row));
-      if (fileOf(row).page) cell.querySelector("a").href += `#frame=${row.first}`;
+      if (fileOf(row).page) cell.querySelector("a").href += "#" + new URLSearchParams({frame: row.first, marker: row.label ?? ""});
     },
   },
   {

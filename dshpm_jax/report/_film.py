@@ -1,0 +1,181 @@
+"""What the page of a recording shows: points in columns, what they are called, and how sure that is."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from dshpm_jax._hierarchy import Segment, depth_first
+from dshpm_jax._recording import Recording
+from dshpm_jax._trajectories import from_columns
+from dshpm_jax._types import NO_MATCH
+from dshpm_jax.io import ReadError
+from dshpm_jax.report._looks import shortest_tree
+
+SAMPLED_FRAMES = 200  # in which distances between markers are measured
+SOFT = 0.15  # markers whose distance varies by more than this share of it are not linked, unless a segment says so
+
+
+@dataclass(frozen=True)
+class Part:
+    """A segment on the page: its name and the columns of its markers."""
+
+    name: str
+    columns: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Span:
+    """A trajectory: the column and frames (both ends belong to it) in which it is, and what was decided about it."""
+
+    column: int
+    first: int
+    last: int
+    confidence: float
+    reason: str
+
+
+@dataclass(frozen=True, eq=False)
+class Film:
+    """A recording as its page shows it.
+
+    Attributes:
+        names: the labels, one for each of the first columns; the others hold points without a label.
+        points: places (mm), NaN where there is none; columns of unlabelled points are shared by those that follow one
+            another.
+        rate: frames a second (Hz).
+        parts: the segments, neighbours in the hierarchy one after the other; none if they are not known.
+        links: pairs of columns to draw a stick between, and the part it belongs to (-1: none).
+        spans: what was decided about each trajectory, as far as that is known.
+    """
+
+    names: tuple[str, ...]
+    points: Float[np.ndarray, "frames columns 3"]
+    rate: float
+    parts: tuple[Part, ...]
+    links: tuple[tuple[int, int, int], ...]
+    spans: tuple[Span, ...]
+
+
+def make_film(
+    recording: Recording, sidecar: Mapping[str, Any] | None = None, parts: Mapping[str, Sequence[str]] | None = None
+) -> Film:
+    """The film of a labelled recording.
+
+    Arguments:
+        recording: labelled; columns without a name hold unlabelled points.
+        sidecar: what was decided about its trajectories, if known; `ReadError` if it is about another recording.
+        parts: names of segments and of their markers, in the order of the hierarchy; by default those of the sidecar.
+
+    Raises:
+        ValueError: the recording has no points.
+    """
+    if not recording.present.any():
+        raise ValueError("no point is seen in any frame; there is nothing to show")
+    named = np.flatnonzero(recording.labelled)
+    place = {recording.labels[c]: k for k, c in enumerate(named)}
+    names = list(place) if len(place) == len(named) else [recording.labels[c] for c in named]
+    if sidecar is not None:
+        place = _places_of(sidecar, recording, place)
+    rest = recording.points[:, ~recording.labelled]
+    tracks = from_columns(rest, recording.rate)
+    points = np.concatenate([recording.points[:, named], tracks.points], axis=1)
+    parts = _parts_of(sidecar) if parts is None and sidecar is not None else parts or {}
+    found = tuple(
+        Part(name, columns)
+        for name, markers in parts.items()
+        if (columns := tuple(place[marker] for marker in markers if marker in place))
+    )
+    return Film(
+        tuple(names),
+        points,
+        recording.rate,
+        found,
+        tuple(_links(points[:, : len(named)], found)),
+        tuple(_spans(sidecar, place, tracks, rest.shape[1], len(named))) if sidecar is not None else (),
+    )
+
+
+def parts_of_model(segments: Sequence[Segment], markers: Sequence[str]) -> dict[str, list[str]]:
+    """The segments of a model as `make_film` takes them."""
+    return {segments[s].name: [markers[m] for m in segments[s].markers] for s in depth_first(segments)}
+
+
+def _parts_of(sidecar: Mapping[str, Any]) -> dict[str, list[str]]:
+    return {segment["name"]: segment["markers"] for segment in sidecar.get("segments", ())}
+
+
+def _places_of(sidecar: Mapping[str, Any], recording: Recording, place: Mapping[str, int]) -> dict[str, int]:
+    """The column of each label of the sidecar, which may carry the name of a subject that the file's reader drops."""
+    bare = {marker: place.get(marker, place.get(marker.rsplit(":", 1)[-1])) for marker in sidecar["markers"]}
+    given = {row["label"] for row in sidecar["trajectories"]} - {None}
+    if sidecar["frames"] != recording.num_frames or any(bare.get(label) is None for label in given):
+        path = recording.source or "the recording"
+        remedy = "move the sidecar away, or label the recording again"
+        raise ReadError(path, "the sidecar beside it is about another recording", remedy)
+    return {marker: column for marker, column in bare.items() if column is not None}
+
+
+def _links(points: Float[np.ndarray, "frames markers 3"], parts: Sequence[Part]) -> list[tuple[int, int, int]]:
+    """Within each part the shortest tree; without parts a tree of the nearest and most rigid pairs of all markers."""
+    sample = points[np.linspace(0, len(points) - 1, min(len(points), SAMPLED_FRAMES)).astype(int)]
+    if parts:
+        found = []
+        for p, part in enumerate(parts):
+            mean, _ = _distances(sample[:, list(part.columns)])
+            found += [(part.columns[i], part.columns[j], p) for i, j in shortest_tree(mean)]
+        return found
+    mean, spread = _distances(sample)
+    return [(i, j, -1) for i, j in shortest_tree(np.where(spread < SOFT * mean, mean + 4 * spread, np.inf))]
+
+
+def _distances(points: Float[np.ndarray, "frames n 3"]) -> tuple[Float[np.ndarray, "n n"], Float[np.ndarray, "n n"]]:
+    """Mean and spread of all distances (mm), infinite for pairs never seen together."""
+    both = np.isfinite(points).all(-1)
+    count = both.T.astype(float) @ both
+    mean, square = np.zeros(count.shape), np.zeros(count.shape)
+    for frame in np.where(both[..., None], points, np.nan):
+        distance = np.nan_to_num(np.linalg.norm(frame[:, None] - frame[None], axis=-1))
+        mean, square = mean + distance, square + distance**2
+    mean, square = mean / np.maximum(count, 1), square / np.maximum(count, 1)
+    seen = count > 0
+    return np.where(seen, mean, np.inf), np.where(seen, np.sqrt(np.maximum(square - mean**2, 0)), np.inf)
+
+
+def _spans(sidecar: Mapping[str, Any], place: Mapping[str, int], tracks, num_columns: int, first_column: int):
+    """A span for each trajectory of the sidecar that has a label, and for each packed one that has none."""
+    rows = sidecar["trajectories"]
+    for row in rows:
+        if row["label"] is not None:
+            yield Span(place[row["label"]], *row["frames"], row["confidence"], row["reason"])
+    owner = _owners(rows, tracks.num_frames, num_columns)
+    if owner is None:
+        return
+    for start, stop, slot in zip(tracks.start.tolist(), tracks.stop.tolist(), tracks.slot.tolist(), strict=True):
+        row = owner[start, tracks.column[start, slot]]
+        if row != NO_MATCH:
+            yield Span(first_column + slot, start, stop - 1, rows[row]["confidence"], rows[row]["reason"])
+
+
+def _owners(
+    rows: Sequence[Mapping[str, Any]], frames: int, columns: int
+) -> Int[np.ndarray, "frames columns"] | None:
+    """The row that each unlabelled point belongs to.
+
+    A labelled file has an unlabelled column for each source column that has such points, in the order of the source.
+    """
+    runs = [
+        (row, *run)
+        for row, entry in enumerate(rows)
+        if entry["label"] is None
+        for run in (entry.get("columns") or [[entry["column"], *entry["frames"]]])
+    ]
+    order = {column: k for k, column in enumerate(sorted({column for _, column, _, _ in runs}))}
+    if len(order) != columns:
+        return None
+    owner = np.full((frames, columns), NO_MATCH)
+    for row, column, first, last in runs:
+        owner[first : last + 1, order[column]] = row
+    return owner

@@ -1,0 +1,98 @@
+"""A film as the data of its page: coordinates as 16-bit steps, turned so that the third axis points up."""
+
+import base64
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, Float
+from scipy.ndimage import uniform_filter1d
+
+from dshpm_jax.report._film import Film
+from dshpm_jax.report._looks import COLOURS, upward
+
+STEPS = 32767
+MISSING = -32768
+MIN_STEP, MAX_STEP = 0.1, 1.0  # mm
+CAMERA_SECONDS = 0.6  # over which the camera's path is smoothed
+SAMPLED_FRAMES = 50
+ASIDE = np.deg2rad(25)  # off the widest view, so that limbs do not hide each other
+
+
+def player_data(film: Film, name: str) -> dict[str, Any]:
+    """What the page's script works on. The last column of its points is the path of the camera's target."""
+    figure = film.points[:, : len(film.names)] if film.names else film.points
+    turn = _up_last(figure)
+    points, figure = film.points[:, :, turn], figure[:, :, turn]
+    camera = _camera(figure, film.rate)
+    near = np.isfinite(figure).all(-1)
+    distance = np.linalg.norm(figure - camera[:, None], axis=-1)[near]
+    encoded, step, centre = _packed(np.concatenate([points, camera[:, None]], axis=1))
+    reasons = list(dict.fromkeys(span.reason for span in film.spans))
+    return {
+        "name": name,
+        "rate": film.rate,
+        "frames": len(points),
+        "columns": points.shape[1] + 1,
+        "names": film.names,
+        "points": encoded,
+        "step": step,
+        "centre": centre,
+        "floor": float(np.quantile(figure[near][:, 2], 0.002)),
+        "height": float(np.median(camera[:, 2])),
+        "radius": float(max(np.quantile(distance, 0.95), 50.0)),
+        "yaw": _yaw(figure, camera),
+        "parts": [
+            {"name": part.name, "columns": part.columns, "colour": COLOURS[k % len(COLOURS)]}
+            for k, part in enumerate(film.parts)
+        ],
+        "links": film.links,
+        "reasons": reasons,
+        "spans": [[s.column, s.first, s.last, round(s.confidence, 3), reasons.index(s.reason)] for s in film.spans],
+    }
+
+
+def _up_last(figure: Float[np.ndarray, "frames markers 3"]) -> list[int]:
+    """The order of the axes in which the one that points up comes last, none mirrored."""
+    clouds = [frame[_seen(frame)] for frame in figure[_spread(len(figure))]]
+    up = int(np.argmax(upward([cloud for cloud in clouds if len(cloud)])))
+    return [(up + 1) % 3, (up + 2) % 3, up]
+
+
+def _camera(figure: Float[np.ndarray, "frames markers 3"], rate: float) -> Float[np.ndarray, "frames 3"]:
+    """The middle of the figure in every frame, smoothed, so that it follows no single marker."""
+    seen = _seen(figure)
+    held = np.flatnonzero(seen.any(1))
+    middle = np.stack([np.nanmedian(np.where(seen[held, :, None], figure[held], np.nan)[..., k], 1) for k in range(3)])
+    everywhere = np.stack([np.interp(np.arange(len(figure)), held, axis) for axis in middle], axis=-1)
+    return uniform_filter1d(everywhere, max(1, round(CAMERA_SECONDS * rate)), axis=0, mode="nearest")
+
+
+def _yaw(figure: Float[np.ndarray, "frames markers 3"], camera: Float[np.ndarray, "frames 3"]) -> float:
+    """The turn about the vertical (radians) that shows the figure from its broad side, a little from aside."""
+    frames = _spread(len(figure))
+    around = (figure - camera[:, None])[frames][_seen(figure[frames])][:, :2]
+    _, axes = np.linalg.eigh(around.T @ around)
+    wide = axes[:, 1] * np.sign(axes[0, 1] or 1)
+    return float(ASIDE - np.arctan2(wide[1], wide[0]))
+
+
+def _packed(points: Float[np.ndarray, "frames columns 3"]) -> tuple[str, float, list[float]]:
+    """The points as base64 of 16-bit steps from a centre, the step and the centre (mm).
+
+    Steps are no finer than `MIN_STEP`, and no coarser than `MAX_STEP`: a point further off is shown at the edge.
+    """
+    seen = _seen(points)
+    places = points[seen]
+    centre = np.median(places, axis=0)
+    step = float(np.clip(np.abs(places - centre).max() / STEPS, MIN_STEP, MAX_STEP))
+    steps = np.full(points.shape, MISSING, dtype="<i2")
+    steps[seen] = np.clip(np.round((places - centre) / step), -STEPS, STEPS)
+    return base64.b64encode(steps.tobytes()).decode(), step, centre.tolist()
+
+
+def _seen(points: Float[np.ndarray, "*n 3"]) -> Bool[np.ndarray, "*n"]:
+    return np.asarray(np.isfinite(points).all(-1))
+
+
+def _spread(frames: int) -> np.ndarray:
+    return np.linspace(0, frames - 1, min(frames, SAMPLED_FRAMES)).astype(int)

@@ -1,0 +1,66 @@
+"""`view`: a labelled recording as one page in which it plays."""
+
+import html
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from dshpm_jax._labelling import Labelling
+from dshpm_jax._model import SubjectModel
+from dshpm_jax._recording import Recording
+from dshpm_jax.io import read, read_sidecar, sidecar, sidecar_path
+from dshpm_jax.report._film import make_film, parts_of_model
+from dshpm_jax.report._page import make_page, write_page
+from dshpm_jax.report._player import player_data
+
+HEIGHT = 680  # of the page in a notebook (pixels)
+
+
+@dataclass(frozen=True)
+class Page:
+    """A self-contained page. In a notebook it shows itself.
+
+    Attributes:
+        html: all of it; it loads nothing from anywhere.
+    """
+
+    html: str
+
+    def save(self, path: str | Path) -> None:
+        """Writes the page; an earlier page there gives way, any other file does not (`WriteError`)."""
+        write_page(self.html, Path(path))
+
+    def _repr_html_(self) -> str:
+        style = "width: 100%; border: 0; border-radius: 8px"
+        return f'<iframe srcdoc="{html.escape(self.html)}" height="{HEIGHT}" style="{style}"></iframe>'
+
+    def __repr__(self) -> str:
+        return f"Page of {len(self.html) / 1e6:.1f} MB; .save(path) writes it"
+
+
+def view(what: Labelling | Recording | str | Path, model: SubjectModel | None = None, name: str | None = None) -> Page:
+    """A page in which a labelled recording plays, with a timeline of its labels, their gaps and confidences.
+
+    Arguments:
+        what: a labelling, a recording with labels, or the file of one; if the sidecar that `label` wrote is beside the
+            file, it gives segments and confidences.
+        model: gives the segments where they are not known; without them, markers are linked by distance alone.
+        name: the title; by default the name of the file.
+
+    Raises:
+        ReadError: the file cannot be read, or the sidecar beside it is about another recording.
+        ValueError: no point is seen in any frame.
+    """
+    recording, sidecar = _with_sidecar(what)
+    parts = parts_of_model(model.segments, model.markers) if model is not None else None
+    source = what.recording.source if isinstance(what, Labelling) else recording.source
+    title = name or (source.name if source else "recording")
+    return Page(make_page("player", title, player_data(make_film(recording, sidecar, parts), title)))
+
+
+def _with_sidecar(what: Labelling | Recording | str | Path) -> tuple[Recording, dict[str, Any] | None]:
+    if isinstance(what, Labelling):
+        return what.to_recording(), sidecar(what)
+    if isinstance(what, Recording):
+        return what, None
+    return read(what), read_sidecar(sidecar_path(what))
