@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 
-from dshpm_jax import io
+from dshpm_jax import _viewing, io
 from dshpm_jax._archive import UsageError, command
 from dshpm_jax._compile_cache import cache_programs
 from dshpm_jax._console import complain, say
@@ -55,6 +55,10 @@ def _parser() -> argparse.ArgumentParser:
     check.add_argument("--model", type=Path, required=True, metavar="MODEL", help="model of the subject")
     check.add_argument("--json", type=Path, metavar="FILE", help="write what was found there too")
     check.set_defaults(run=_check)
+
+    view = commands.add_parser("view", help="a page in which a labelled recording plays")
+    _viewing.add_options(view)
+    view.set_defaults(run=_viewing.run)
     return parser
 
 

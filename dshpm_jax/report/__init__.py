@@ -1,0 +1,4 @@
+"""Pictures and pages of what was labelled; nothing here labels, and nothing imports jax."""
+
+from dshpm_jax.report._view import Page as Page
+from dshpm_jax.report._view import view as view

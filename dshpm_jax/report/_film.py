@@ -133,7 +133,7 @@ def _links(points: Float[np.ndarray, "frames markers 3"], parts: Sequence[Part])
 
 def _distances(points: Float[np.ndarray, "frames n 3"]) -> tuple[Float[np.ndarray, "n n"], Float[np.ndarray, "n n"]]:
     """Mean and spread of all distances (mm), infinite for pairs never seen together."""
-    both = np.isfinite(points).all(-1)
+    both = np.asarray(np.isfinite(points).all(-1))
     count = both.T.astype(float) @ both
     mean, square = np.zeros(count.shape), np.zeros(count.shape)
     for frame in np.where(both[..., None], points, np.nan):
@@ -149,7 +149,8 @@ def _spans(sidecar: Mapping[str, Any], place: Mapping[str, int], tracks, num_col
     rows = sidecar["trajectories"]
     for row in rows:
         if row["label"] is not None:
-            yield Span(place[row["label"]], *row["frames"], row["confidence"], row["reason"])
+            first, last = row["frames"]
+            yield Span(place[row["label"]], first, last, row["confidence"], row["reason"])
     owner = _owners(rows, tracks.num_frames, num_columns)
     if owner is None:
         return
@@ -159,9 +160,7 @@ def _spans(sidecar: Mapping[str, Any], place: Mapping[str, int], tracks, num_col
             yield Span(first_column + slot, start, stop - 1, rows[row]["confidence"], rows[row]["reason"])
 
 
-def _owners(
-    rows: Sequence[Mapping[str, Any]], frames: int, columns: int
-) -> Int[np.ndarray, "frames columns"] | None:
+def _owners(rows: Sequence[Mapping[str, Any]], frames: int, columns: int) -> Int[np.ndarray, "frames columns"] | None:
     """The row that each unlabelled point belongs to.
 
     A labelled file has an unlabelled column for each source column that has such points, in the order of the source.

@@ -25,5 +25,3 @@ def shortest_tree(distances: Float[np.ndarray, "n n"]) -> list[tuple[int, int]]:
     """The shortest links that hold together what can be; a pair at distance 0 or infinity cannot be linked."""
     links = minimum_spanning_tree(distances).tocoo()
     return [(int(i), int(j)) for i, j in zip(links.row, links.col, strict=True)]
-
-

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy.ndimage import uniform_filter1d
 
 from dshpm_jax.report._film import Film
 from dshpm_jax.report._looks import COLOURS, upward
@@ -64,7 +63,9 @@ def _camera(figure: Float[np.ndarray, "frames markers 3"], rate: float) -> Float
     held = np.flatnonzero(seen.any(1))
     middle = np.stack([np.nanmedian(np.where(seen[held, :, None], figure[held], np.nan)[..., k], 1) for k in range(3)])
     everywhere = np.stack([np.interp(np.arange(len(figure)), held, axis) for axis in middle], axis=-1)
-    return uniform_filter1d(everywhere, max(1, round(CAMERA_SECONDS * rate)), axis=0, mode="nearest")
+    half = round(CAMERA_SECONDS * rate / 2)
+    padded = np.pad(everywhere, ((half, half), (0, 0)), mode="edge")
+    return np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1, axis=0).mean(-1)
 
 
 def _yaw(figure: Float[np.ndarray, "frames markers 3"], camera: Float[np.ndarray, "frames 3"]) -> float:

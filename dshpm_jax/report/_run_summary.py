@@ -65,22 +65,22 @@ class RunSummary:
 
     def add(self, out: Path, row: Mapping[str, Any]) -> None:
         """Counts one file; what its row or sidecar does not say stays empty."""
-        output = Path(str(row.get("output", "")))
-        result = out / output
-        has_result = "completeness" in row or not row.get("message")
-        found = io.read_sidecar(io.sidecar_path(result), column_runs=False) if has_result else None
+        output = row.get("output")  # None if another recording has the place of its result
+        result = out / output if output else None
+        labelled = "completeness" in row or not row.get("message")
+        found = io.read_sidecar(io.sidecar_path(result), column_runs=False) if result and labelled else None
         tracks = found["trajectories"] if found else []
         suspects = [track for track in tracks if _suspect(track)]
         number = len(self.files)
-        page = result.with_suffix(".html")
         self.files.append(
             {
-                **{key: row.get(key) for key in ("input", "output", "outcome", "message", "completeness", "frames")},
+                **{key: row.get(key) for key in ("input", "outcome", "message", "completeness", "frames")},
                 **{key: row.get(key) for key in ("trajectories", "labelled_trajectories", "seconds")},
+                "name": output or row.get("input"),
                 "confidence": _mean_confidence(tracks),
                 "suspects": len(suspects) if found else None,
-                "link": _link(output) if result.is_file() else None,
-                "page": _link(output.with_suffix(".html")) if page.is_file() else None,
+                "link": _link(out, result),
+                "page": _link(out, result.with_suffix(".html") if result else None),
             }
         )
         self.suspects += [_suspect_row(number, track, found["rate"]) for track in suspects if found]
@@ -142,6 +142,6 @@ def _rounded(part: float, whole: float) -> float | None:
     return round(part / whole, 4) if whole else None
 
 
-def _link(place: Path) -> str:
-    """A relative link to a file, whatever its name holds."""
-    return quote(os.fsencode(place.as_posix()))
+def _link(out: Path, file: Path | None) -> str | None:
+    """A link from `out` to a file, whatever its name holds; None if it is not there."""
+    return quote(os.fsencode(file.relative_to(out).as_posix())) if file and file.is_file() else None

@@ -1,7 +1,7 @@
 // The report of a run: tiles, charts and three tables over DATA, all built as text nodes, never as HTML.
 
 const GOOD = ["labelled", "up to date"], PART = ["partly labelled", "kept"];
-const STEP = 100;  // rows of a table shown at a time
+const STEP = 25;  // rows of a table shown at first
 
 const tone = outcome => GOOD.includes(outcome) ? "good" : PART.includes(outcome) ? "warn" : "bad";
 const percent = x => x == null ? "" : x === 1 ? "100 %" : (Math.floor(1000 * x) / 10).toFixed(1) + " %";
@@ -27,7 +27,7 @@ function meter(cell, share) {
 
 function fileLink(cell, file) {
   const target = file.page ?? file.link;
-  const name = make(target ? "a" : "span", cell, file.output);
+  const name = make(target ? "a" : "span", cell, file.name);
   if (target) name.href = target;
   name.title = file.input ?? "";
 }
@@ -56,7 +56,7 @@ function table(section, columns, rows, sorted, text) {
       head.children[k].setAttribute("aria-sort", order);
     }
     more.hidden = shown.length <= limit;
-    more.textContent = `Show ${count(Math.min(5 * STEP, shown.length - limit))} more of ${count(shown.length)}`;
+    more.textContent = `Show ${count(Math.min(10 * STEP, shown.length - limit))} more of ${count(shown.length)}`;
   };
   for (const column of columns) {
     make("button", make("th", head, null, column.kind), column.title).onclick = () => {
@@ -65,7 +65,7 @@ function table(section, columns, rows, sorted, text) {
       draw();
     };
   }
-  more.onclick = () => { limit += 5 * STEP; draw(); };
+  more.onclick = () => { limit += 10 * STEP; draw(); };
   const search = section.querySelector("input");
   let chosen = () => true;
   const filter = () => {
@@ -154,7 +154,7 @@ const outcomeColumn = {
 const fileColumns = [
   outcomeColumn,
   {
-    title: "File", key: file => file.output,
+    title: "File", key: file => file.name,
     show: (cell, file) => {
       fileLink(cell, file);
       if (file.message) make("small", cell, file.message);
@@ -175,7 +175,7 @@ const fileColumns = [
 const [filesSection, suspectsSection, markersSection] = ["files", "suspects", "markers"].map(id => document.getElementById(id));
 const say = (section, text) => section.querySelector(".soft").textContent = text;
 say(filesSection, "the worst first; names lead to the result, or to its page where 'dshpm-jax view' has made one");
-const chooseFiles = table(filesSection, fileColumns, files, outcomeColumn, file => `${file.output} ${file.message ?? ""}`);
+const chooseFiles = table(filesSection, fileColumns, files, outcomeColumn, file => `${file.name} ${file.message ?? ""}`);
 
 // Labels to look at, those with most at stake first.
 const fileOf = row => files[row.file];
@@ -188,7 +188,7 @@ const suspectColumns = [
   },
   numeric("Confidence", "confidence", x => x.toFixed(3), false),
   {
-    title: "File", key: row => fileOf(row).output,
+    title: "File", key: row => fileOf(row).name,
     show: (cell, row) => {
       fileLink(cell, fileOf(row));
       if (fileOf(row).page) cell.querySelector("a").href += "#" + new URLSearchParams({frame: row.first, marker: row.label ?? ""});
@@ -204,7 +204,7 @@ const suspectColumns = [
 const some = DATA.all_suspects > DATA.suspects.length ? `the first ${count(DATA.suspects.length)} of ${count(DATA.all_suspects)}: ` : "";
 say(suspectsSection, some + `less sure than ${DATA.sure}, or withheld because two labels fit almost equally well, as where two `
   + "are swapped; by the seconds expected to be wrong");
-table(suspectsSection, suspectColumns, DATA.suspects, stake, row => `${fileOf(row).output} ${row.label ?? ""}`);
+table(suspectsSection, suspectColumns, DATA.suspects, stake, row => `${fileOf(row).name} ${row.label ?? ""}`);
 
 // Markers, the one found least first.
 const found = measured("Found", "found");

@@ -53,7 +53,7 @@ def test_what_it_counts(gapped, tmp_path):
     row = add_result(tmp_path, "ann/walk.c3d", labelling_of(gapped, ["A", "B", "C"], 0.95), seconds=0.25)
     data = data_of(page_of(tmp_path, [row]))
     (file,) = data["files"]
-    assert file["output"] == "ann/walk.c3d" and file["link"] == "ann/walk.c3d" and file["page"] is None
+    assert file["name"] == "ann/walk.c3d" and file["link"] == "ann/walk.c3d" and file["page"] is None
     assert file["confidence"] == 0.95 and file["seconds"] == 0.25 and file["suspects"] == 0
     a, b, c = data["markers"]
     assert (a["label"], a["found"], a["gaps"], a["longest"], a["confidence"]) == ("A", 1.0, 0, 0, 0.95)
@@ -89,6 +89,9 @@ def test_files_without_a_result(tmp_path):
     data = data_of(page_of(tmp_path, [failed]))
     assert data["files"][0]["message"] == "bad.c3d: is empty" and data["files"][0]["link"] is None
     assert data["markers"] == [] and data["suspects"] == []
+    clash = {"input": "/captures/bad.trc", "output": None, "outcome": "failed", "message": "would overwrite"}
+    (row,) = data_of(page_of(tmp_path, [clash]))["files"]
+    assert row["name"] == "/captures/bad.trc" and row["link"] is None and row["page"] is None
 
 
 def test_a_broken_sidecar_is_none(gapped, tmp_path):

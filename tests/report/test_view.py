@@ -1,0 +1,217 @@
+"""The page of a recording holds its points, labels, gaps and confidences, and a browser plays it."""
+
+import base64
+import html
+
+import numpy as np
+import pytest
+from browser import assert_self_contained, data_of, needs_browser, shown
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from making import make_labelling, make_model, make_recording
+
+import dshpm_jax
+from dshpm_jax import Recording, io
+from dshpm_jax.__main__ import main
+from dshpm_jax.report._film import make_film
+from dshpm_jax.report._player import MISSING
+from dshpm_jax.synthesis import person
+
+EVIL = "</script><img src=x onerror=alert(1)>&'\""
+MARKERS = ["LASI", "RASI", "SACR"]
+
+
+def points_in(data: dict) -> np.ndarray:
+    """The points that a page shows (mm), the camera's path without."""
+    steps = np.frombuffer(base64.b64decode(data["points"]), "<i2").reshape(data["frames"], data["columns"], 3)
+    points = steps * data["step"] + data["centre"]
+    return np.where(steps == MISSING, np.nan, points)[:, :-1]
+
+
+def test_points_labels_and_gaps_are_there():
+    recording = make_recording(40)
+    data = data_of(dshpm_jax.view(recording).html)
+    assert data["names"] == MARKERS and data["rate"] == 100 and data["frames"] == 40 and data["spans"] == []
+    points = points_in(data)
+    assert points.shape == (40, 4, 3)
+    up = next(k for k in range(3) if np.allclose(np.roll(recording.points, -k, -1)[:, 0], points[:, 0], atol=0.1))
+    np.testing.assert_allclose(points, np.roll(recording.points, -up, -1), atol=data["step"])
+
+
+@settings(deadline=None, max_examples=25)
+@given(st.integers(0, 1000), st.floats(0.01, 1e6), st.sampled_from([1, 2, 30]))
+def test_steps_are_as_fine_as_they_say(seed, size, frames):
+    rng = np.random.default_rng(seed)
+    points = rng.normal(0, size, (frames, 5, 3))
+    points[rng.random((frames, 5)) < 0.3] = np.nan
+    points[0, 0] = 0.0
+    data = data_of(dshpm_jax.view(Recording(points, tuple("ABCDE"), 50.0)).html)
+    assert 0.1 <= data["step"] <= 1.0
+    found = points_in(data)
+    np.testing.assert_array_equal(np.isnan(found), np.isnan(points))
+    centre, reach = np.array(data["centre"]), 32767 * data["step"]  # a point further off is shown there
+    errors = [np.abs(np.clip(np.roll(points, -k, -1), centre - reach, centre + reach) - found) for k in range(3)]
+    assert min(np.nanmax(error) for error in errors) <= data["step"] / 2 * (1 + 1e-6)
+
+
+def test_the_axis_that_points_up_comes_last():
+    points = person(34, "walking", 60).recording.points
+    for k in range(3):
+        recording = Recording(np.roll(points, k, -1), tuple(f"m{i}" for i in range(34)), 60.0)
+        found = points_in(data_of(dshpm_jax.view(recording).html))
+        assert np.nanmax(np.abs(found - points)) < 0.2
+
+
+def test_a_labelling_brings_confidences_and_segments():
+    recording = make_recording(40)
+    labelling = make_labelling(recording, MARKERS)
+    data = data_of(dshpm_jax.view(labelling).html)
+    assert [(part["name"], part["columns"]) for part in data["parts"]] == [("body", [0, 1, 2])]
+    assert len(data["links"]) == 2 and {link[2] for link in data["links"]} == {0}
+    covered = np.zeros((40, 4), int)
+    for column, first, last, confidence, reason in data["spans"]:
+        assert confidence == 0.875
+        assert ("matched" if column < 3 else "no marker") in data["reasons"][reason]
+        covered[first : last + 1, column] += 1
+    np.testing.assert_array_equal(covered, recording.present)
+
+
+def test_a_file_and_its_sidecar_say_the_same_as_the_labelling(tmp_path):
+    labelling = make_labelling(make_recording(40), MARKERS)
+    io.write_labelled(labelling, tmp_path / "walk.c3d")
+    io.write_sidecar(labelling, tmp_path / "walk.labels.json")
+    from_file = data_of(dshpm_jax.view(tmp_path / "walk.c3d").html)
+    assert from_file | {"name": "recording"} == data_of(dshpm_jax.view(labelling).html)
+
+
+def test_unlabelled_points_of_raw_recordings_keep_their_reasons():
+    recording = Recording(np.arange(36.0).reshape(6, 2, 3), ("", ""), 100.0, columns=(3, 7))
+    links = np.tile([0, 1], (6, 1))
+    links[2], links[5] = [1, 0], -1
+    labelling = make_labelling(recording, ["A"], links, names=["A", "*"])
+    film = make_film(labelling.to_recording(), io.sidecar(labelling))
+    assert [(s.column, s.first, s.last) for s in film.spans if s.column == 0] == [(0, 0, 5)]
+    assert sorted((s.first, s.last) for s in film.spans if s.column > 0) == [(0, 2), (3, 5)]
+
+
+def test_segments_of_a_model():
+    data = data_of(dshpm_jax.view(make_recording(40), make_model(["RASI", "SACR", "NOSE"])).html)
+    assert [part["columns"] for part in data["parts"]] == [[1, 2]] and data["links"] == [[1, 2, 0]]
+
+
+def test_rigid_neighbours_are_linked_where_nothing_is_known():
+    rng = np.random.default_rng(0)
+    bodies = rng.normal(0, 50, (2, 4, 3)) + np.array([[0.0, 0, 0], [300, 0, 0]])[:, None]
+    sway = rng.normal(0, 200, (80, 2, 1, 3)).cumsum(0)
+    recording = Recording((bodies + sway).reshape(80, 8, 3), tuple("ABCDEFGH"), 100.0)
+    links = data_of(dshpm_jax.view(recording).html)["links"]
+    assert len(links) == 6 and all((i < 4) == (j < 4) and part == -1 for i, j, part in links)
+
+
+def test_nothing_but_unlabelled_points():
+    recording = Recording(make_recording(20).points, ("", "*2", "", ""), 100.0)
+    data = data_of(dshpm_jax.view(recording).html)
+    assert data["names"] == [] and data["columns"] == 5 and data["links"] == []
+
+
+def test_no_points():
+    with pytest.raises(ValueError, match="nothing to show"):
+        dshpm_jax.view(Recording(np.full((5, 3, 3), np.nan), tuple(MARKERS), 100.0))
+
+
+def test_a_sidecar_of_another_recording(tmp_path):
+    labelling = make_labelling(make_recording(40), MARKERS)
+    io.write_labelled(labelling, tmp_path / "walk.c3d")
+    for other in (make_labelling(make_recording(41), MARKERS), make_labelling(make_recording(40, ["A"]), ["A"])):
+        io.write_sidecar(other, tmp_path / "walk.labels.json")
+        with pytest.raises(io.ReadError, match="walk.c3d: the sidecar beside it is about another recording; move"):
+            dshpm_jax.view(tmp_path / "walk.c3d")
+
+
+def test_names_may_hold_anything():
+    page = dshpm_jax.view(Recording(make_recording(20).points, (EVIL, "B", "C", "*"), 100.0), name=EVIL)
+    assert_self_contained(page.html)
+    assert data_of(page.html)["names"][0] == EVIL
+    frame = page._repr_html_()
+    assert frame.count("<") == 2 and html.unescape(frame.split('srcdoc="')[1].split('"')[0]) == page.html
+    assert len(repr(page)) < 100
+
+
+def test_a_page_gives_way_to_a_page_and_nothing_else(tmp_path):
+    page = dshpm_jax.view(make_recording(20))
+    page.save(tmp_path / "a.html")
+    page.save(tmp_path / "a.html")
+    (tmp_path / "b.html").write_text("my own")
+    with pytest.raises(io.WriteError, match="no page of ours"):
+        page.save(tmp_path / "b.html")
+    assert (tmp_path / "b.html").read_text() == "my own" and len(list(tmp_path.iterdir())) == 2
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    io.write_c3d(make_recording(60), tmp_path / "walk.c3d")
+    io.write_model(make_model(MARKERS), tmp_path / "model.json")
+    return tmp_path
+
+
+def command(capsys, *arguments):
+    status = main(list(arguments))
+    out, err = capsys.readouterr()
+    return status, out, err
+
+
+def test_the_command(folder, capsys):
+    assert command(capsys, "view", "walk.c3d") == (0, "walk.html\n", "")
+    assert data_of((folder / "walk.html").read_text())["parts"] == []
+    assert command(capsys, "view", "walk.c3d", "-o", "page.html", "--model", "model.json")[0] == 0
+    assert data_of((folder / "page.html").read_text())["parts"][0]["name"] == "body"
+
+
+def test_the_command_with_what_it_cannot_do(folder, capsys):
+    (folder / "bad.c3d").write_bytes(b"")
+    status, out, err = command(capsys, "view", "bad.c3d", "walk.c3d")
+    assert status == 1 and out == "walk.html\n" and "bad.c3d: the file is empty" in err and err.count("\n") == 1
+    (folder / "empty").mkdir()
+    status, _, err = command(capsys, "view", "empty")
+    assert status == 1 and "holds no manifest.jsonl" in err and not list((folder / "empty").iterdir())
+    for wrong in (
+        ["bad.c3d", "walk.c3d", "-o", "page.html"],
+        [".", "-o", "page.html"],
+        ["walk.c3d", "-o", "model.json"],
+        ["walk.c3d", "-o", "nowhere/page.html"],
+        ["walk.c3d", "--model", "walk.c3d"],
+        ["walk.c3d", "--model", "nowhere.json"],
+    ):
+        status, _, err = command(capsys, "view", *wrong)
+        assert status == 2 and err.count("\n") == 1
+
+
+def test_a_folder_of_results(folder, capsys):
+    out = folder / "out"
+    (out / "ann").mkdir(parents=True)
+    labelling = make_labelling(make_recording(40), MARKERS)
+    io.write_labelled(labelling, out / "ann" / "walk.c3d")
+    io.write_sidecar(labelling, out / "ann" / "walk.labels.json")
+    (out / "manifest.jsonl").write_text(
+        '{"input": "/a/run.c3d", "output": "ann/run.c3d", "outcome": "failed", "message": "no", "finished": "1"}\n'
+        '{"input": "/a/walk.c3d", "output": "ann/walk.c3d", "outcome": "labelled", "finished": "1"}\n'
+    )
+    assert command(capsys, "view", "out") == (0, "out/ann/walk.html\n", "")
+    files = data_of((out / "report.html").read_text())["files"]
+    assert [(file["name"], file["page"]) for file in files] == [
+        ("ann/run.c3d", None),
+        ("ann/walk.c3d", "ann/walk.html"),
+    ]
+
+
+@needs_browser
+def test_a_browser_plays_it(tmp_path):
+    recording = Recording(make_recording(5000).points, (EVIL, "B", "C", "*"), 100.0)
+    dshpm_jax.view(make_labelling(recording, [EVIL, "B", "C"])).save(tmp_path / "walk.html")
+    still = shown(tmp_path / "walk.html", tmp_path / "profile", "#frame=100")
+    assert (
+        "FAILED" not in still and ">frame 100 of 5000" in still and "3 labels, 5,000 frames, 50.0 s at 100 Hz" in still
+    )
+    playing = shown(tmp_path / "walk.html", tmp_path / "profile", "#frame=100&play")
+    assert "FAILED" not in playing and ">Pause<" in playing and ">frame 100 of" not in playing
