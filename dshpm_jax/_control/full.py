@@ -5,6 +5,7 @@ from dshpm_jax._control.resolving import resolve
 from dshpm_jax._control.scene import Scene
 from dshpm_jax._control.settling import improve, settle
 from dshpm_jax._control.several import tell_apart
+from dshpm_jax._control.turning import turn
 from dshpm_jax._control.voting import vote
 from dshpm_jax._requests import Control, Together
 
@@ -20,6 +21,7 @@ def full(scene: Scene) -> Control:
     states = yield Together(tuple(settle(scene, start, frames, first, schedule) for schedule in SCHEDULES))
     best = max(states, key=lambda state: state.worth)
     best = yield from improve(scene, best, frames)
+    best = yield from turn(scene, best, frames)
     best = yield from resolve(scene, best, frames)
     best = yield from improve(scene, best, frames)
     best = yield from tell_apart(scene, best, frames)
