@@ -13,6 +13,7 @@ from dshpm_jax._subjects import combine_models as combine_models
 from dshpm_jax.io import read as read
 from dshpm_jax.io import read_model as read_model
 from dshpm_jax.io import write_c3d as write_c3d
+from dshpm_jax.io import write_filled as write_filled
 from dshpm_jax.io import write_labelled as write_labelled
 from dshpm_jax.io import write_model as write_model
 from dshpm_jax.io import write_sidecar as write_sidecar
@@ -24,6 +25,11 @@ if TYPE_CHECKING:
     from dshpm_jax._driver import Driver as Driver
     from dshpm_jax._label import label as label
     from dshpm_jax._label import label_many as label_many
+    from dshpm_jax._reconstruction import Filled as Filled
+    from dshpm_jax._reconstruction import Found as Found
+    from dshpm_jax._reconstruction import Motion as Motion
+    from dshpm_jax._reconstruction import reconstruct as reconstruct
+    from dshpm_jax._reconstruction import write_motion as write_motion
     from dshpm_jax._scoring import AbstractCandidateScore as AbstractCandidateScore
     from dshpm_jax._scoring import AbstractMatchScore as AbstractMatchScore
     from dshpm_jax._scoring import MaxResidual as MaxResidual
@@ -31,13 +37,18 @@ if TYPE_CHECKING:
     from dshpm_jax._scoring import RmsResidual as RmsResidual
     from dshpm_jax._scoring import ToleranceScore as ToleranceScore
 
-# Importing jax takes a second, which reading files, models and `--help` need not wait for.
-_NEEDS_JAX = {
+# Importing jax or scipy takes a second, which reading files, models and `--help` need not wait for.
+_ON_DEMAND = {
     "Finding": "_check",
     "check": "_check",
     "Driver": "_driver",
     "label": "_label",
     "label_many": "_label",
+    "Filled": "_reconstruction",
+    "Found": "_reconstruction",
+    "Motion": "_reconstruction",
+    "reconstruct": "_reconstruction",
+    "write_motion": "_reconstruction",
     "AbstractCandidateScore": "_scoring",
     "AbstractMatchScore": "_scoring",
     "MaxResidual": "_scoring",
@@ -48,11 +59,11 @@ _NEEDS_JAX = {
 
 
 def __getattr__(name: str) -> Any:
-    """Names that need jax, imported when they are first asked for."""
-    if name not in _NEEDS_JAX:
+    """Names that need jax or scipy, imported when they are first asked for."""
+    if name not in _ON_DEMAND:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_NEEDS_JAX[name]}"), name)
+    return getattr(import_module(f"{__name__}.{_ON_DEMAND[name]}"), name)
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_NEEDS_JAX})
+    return sorted({*globals(), *_ON_DEMAND})

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 
-from dshpm_jax import _viewing, io
+from dshpm_jax import _reconstructing, _viewing, io
 from dshpm_jax._archive import UsageError, command
 from dshpm_jax._compile_cache import cache_programs
 from dshpm_jax._console import complain, say
@@ -59,6 +59,10 @@ def _parser() -> argparse.ArgumentParser:
     view = commands.add_parser("view", help="a page in which a labelled recording plays")
     _viewing.add_options(view)
     view.set_defaults(run=_viewing.run)
+
+    motion = commands.add_parser("reconstruct", help="the motion of the segments from labelled recordings")
+    _reconstructing.add_options(motion)
+    motion.set_defaults(run=_reconstructing.run)
     return parser
 
 

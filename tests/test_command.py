@@ -295,3 +295,33 @@ def test_check_of_files_that_cannot_be(folder, capsys, checker):
     (folder / "other.json").write_text("{}")
     status, out, err = command(capsys, "check", "walk.c3d", "--model", "other.json")
     assert status == 1 and "this is no marker model" in err and err.count("\n") == 1
+
+
+def test_reconstruct(folder, capsys):
+    (folder / "bad.c3d").write_bytes(b"")
+    status, out, err = command(
+        capsys, "reconstruct", "walk.c3d", "bad.c3d", "--model", "model.json", "-o", "out", "--fill"
+    )
+    assert status == 1 and "bad.c3d: the file is empty" in err and err.count("\n") == 1
+    assert "walk.c3d: 60 frames, poses " in out and "points filled" in out
+    assert io.read(folder / "out" / "walk.filled.c3d").num_frames == 60
+    before = (folder / "out" / "walk.motion.npz").read_bytes()
+    again = ["reconstruct", "walk.c3d", "--model", "model.json", "-o", "out"]
+    status, _, err = command(capsys, *again)
+    assert status == 1 and "walk.motion.npz: is there already" in err and err.count("\n") == 1
+    assert (folder / "out" / "walk.motion.npz").read_bytes() == before
+    assert command(capsys, *again, "--force")[0] == 0
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["reconstruct", "walk.c3d", "-o", "out"],
+        ["reconstruct", "walk.c3d", "--model", "nowhere.json", "-o", "out"],
+        ["reconstruct", "walk.c3d", "--model", "model.json", "-o", "model.json"],
+        ["reconstruct", "walk.c3d", "sub/walk.c3d", "--model", "model.json", "-o", "out"],
+    ],
+)
+def test_wrong_usage_of_reconstruct(folder, capsys, arguments):
+    status, _, err = command(capsys, *arguments)
+    assert status == 2 and err and not (folder / "out").exists()

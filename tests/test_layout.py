@@ -16,7 +16,7 @@ LEVELS = [
     {"_driver", "_control", "_pretracking"},
     {"_label", "_check"},
     {"evaluation", "report", "_reconstruction"},
-    {"_archive", "_checking", "_demo", "_experiments", "_viewing"},
+    {"_archive", "_checking", "_demo", "_experiments", "_reconstructing", "_viewing"},
     {"__main__", "__init__"},
 ]
 LEVEL = {name: k for k, names in enumerate(LEVELS) for name in names}

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from dshpm_jax._model_building.expectation import GENERAL_MM, GENERAL_SECONDS, expected_spread, general_share
-from dshpm_jax._model_building.shapes import mean_shape
+from dshpm_jax._model_building.shapes import mean_shape, weighted_fit
 from dshpm_jax._model_building.statistics import MAX_FRAMES, PairStatistics
 
 MAX_NEIGHBOURS = 8
@@ -78,27 +78,10 @@ def _prediction_error(points: np.ndarray, shape: np.ndarray, weight: np.ndarray)
     frames = points[seen[:, -1] & (seen[:, :-1].sum(1) >= 3)]
     if not len(frames):
         return np.nan
-    rotation, translation = weighted_fit(shape[:-1], frames[:, :-1], weight)
+    rotation, translation, _ = weighted_fit(shape[:-1], frames[:, :-1], weight)
     error = np.linalg.norm(np.einsum("fij,j->fi", rotation, shape[-1]) + translation - frames[:, -1], axis=1)
     error = np.sort(error)[: max(1, int(0.99 * len(error)))]
     return float(np.sqrt((error**2).mean()))
-
-
-def weighted_fit(
-    shape: Float[np.ndarray, "markers 3"], points: Float[np.ndarray, "frames markers 3"], weight: np.ndarray
-) -> tuple[Float[np.ndarray, "frames 3 3"], Float[np.ndarray, "frames 3"]]:
-    """Weighted rigid fit of a shape to the points seen, never a reflection."""
-    seen = np.asarray(np.isfinite(points).all(-1))
-    points = np.where(seen[..., None], points, 0.0)
-    share = weight * seen
-    share = share / share.sum(1, keepdims=True)
-    model_mean, data_mean = share @ shape, np.einsum("fm,fmi->fi", share, points)
-    covariance = np.einsum("fm,fmi,fmj->fij", share, points - data_mean[:, None], shape - model_mean[:, None])
-    u, _, vt = np.linalg.svd(covariance)
-    flip = np.ones((len(points), 3))
-    flip[:, 2] = np.sign(np.linalg.det(u @ vt))
-    rotation = np.einsum("fij,fj,fjk->fik", u, flip, vt)
-    return rotation, data_mean - np.einsum("fij,fj->fi", rotation, model_mean)
 
 
 def as_arrays(

@@ -36,6 +36,29 @@ def fit(
     return rotation, translation
 
 
+def weighted_fit(
+    shape: Float[np.ndarray, "markers 3"],
+    points: Float[np.ndarray, "frames markers 3"],
+    weight: Float[np.ndarray, "*frames markers"],
+) -> tuple[Float[np.ndarray, "frames 3 3"], Float[np.ndarray, "frames 3"], Float[np.ndarray, "frames"]]:
+    """Weighted rigid fit of a shape to the points seen, never a reflection.
+
+    Returns rotation, translation (mm), and how far the matched points spread across their longest direction (RMS, mm):
+    0 for points in a line, around which the rotation is arbitrary.
+    """
+    seen = np.asarray(np.isfinite(points).all(-1))
+    points = np.where(seen[..., None], points, 0.0)
+    share = np.where(seen, weight, 0.0)
+    share = share / np.maximum(share.sum(1, keepdims=True), np.finfo(float).tiny)
+    model_mean, data_mean = share @ shape, np.einsum("fm,fmi->fi", share, points)
+    model, data = shape - model_mean[:, None], points - data_mean[:, None]
+    u, size, vt = np.linalg.svd(np.einsum("fm,fmi,fmj->fij", share, data, model))
+    flip = np.ones((len(points), 3))
+    flip[:, 2] = np.sign(np.linalg.det(u @ vt))
+    rotation = np.einsum("fij,fj,fjk->fik", u, flip, vt)
+    return rotation, data_mean - np.einsum("fij,fj->fi", rotation, model_mean), np.sqrt(size[:, 1])
+
+
 def mean_shape(
     points: Float[np.ndarray, "frames markers 3"], distances: Float[np.ndarray, "markers markers"]
 ) -> Float[np.ndarray, "markers 3"]:

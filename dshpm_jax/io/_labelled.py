@@ -25,14 +25,14 @@ def write_labelled(labelling: Labelling, path: str | Path) -> None:
     file makes a fresh one.
     """
     recording = labelling.recording
-    file, columns = _source(recording)
+    file, columns = source_layout(recording)
     found, left = _marker_columns(labelling, columns), _unlabelled_columns(labelling, columns)
     outputs = [c for c in range(file.points.shape[1]) if c not in set(columns)]
     source = np.concatenate([found, left, np.broadcast_to(outputs, (len(found), len(outputs)))], axis=1)
     write_layout(_rearranged(file, source.astype(int), _names(labelling, file, left.shape[1], outputs)), Path(path))
 
 
-def _source(recording: Recording) -> tuple[C3dFile, tuple[int, ...]]:
+def source_layout(recording: Recording) -> tuple[C3dFile, tuple[int, ...]]:
     """The file to take records from, and the column in it of each column of `recording`."""
     if recording.source is None or recording.source.suffix.lower() != ".c3d":
         return fresh_layout(recording), tuple(range(recording.points.shape[1]))

@@ -1,0 +1,85 @@
+"""The command `reconstruct`: the motion of labelled recordings, and their gaps filled."""
+
+import argparse
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from dshpm_jax import io
+from dshpm_jax._archive.jobs import UsageError
+from dshpm_jax._compile_cache import cache_programs
+from dshpm_jax._console import complain, say
+from dshpm_jax._model import SubjectModel
+
+if TYPE_CHECKING:
+    from dshpm_jax._reconstruction import Motion
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """The options of `reconstruct`."""
+    parser.add_argument("recordings", nargs="+", type=Path, metavar="LABELLED", help="labelled C3D or TRC file")
+    parser.add_argument("--model", type=Path, required=True, metavar="MODEL", help="model of the subject")
+    parser.add_argument("-o", dest="out", type=Path, required=True, metavar="OUT", help="folder for the results")
+    parser.add_argument("--fill", action="store_true", help="fill the gaps of markers too, and write them as C3D")
+    parser.add_argument("--max-gap", type=float, metavar="SECONDS", help="leave longer gaps open (default: none)")
+    parser.add_argument("--force", action="store_true", help="overwrite earlier results")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Reconstructs files one by one, and gives the exit status: 1 if some could not be."""
+    if not arguments.model.is_file():
+        raise UsageError(f"{arguments.model}: there is no such model; make one with 'dshpm-jax model'")
+    if arguments.out.exists() and not arguments.out.is_dir():
+        raise UsageError(f"{arguments.out}: is a file; give a folder for the results")
+    if len({path.stem for path in arguments.recordings}) < len(arguments.recordings):
+        raise UsageError("two recordings have the same name, and so would their results; give each its own OUT")
+    cache_programs()
+    try:
+        model = io.read_model(arguments.model)
+        arguments.out.mkdir(parents=True, exist_ok=True)
+    except io.ReadError as error:
+        complain(error)
+        return 1
+    except OSError as error:
+        complain(f"{arguments.out}: cannot be made ({error.strerror}); give another folder")
+        return 1
+    troubles = [trouble for path in arguments.recordings for trouble in _reconstruct(path, model, arguments)]
+    return 1 if troubles else 0
+
+
+def _reconstruct(path: Path, model: SubjectModel, arguments: argparse.Namespace) -> Iterator[str]:
+    """Writes the results of one file; says and yields a line if it could not."""
+    from dshpm_jax._reconstruction import reconstruct, write_motion
+
+    motion_file = arguments.out / f"{path.stem}.motion.npz"
+    filled_file = arguments.out / f"{path.stem}.filled.c3d"
+    try:
+        for result in (motion_file, filled_file) if arguments.fill else (motion_file,):
+            if result.exists() and not arguments.force:
+                raise io.WriteError(result, "is there already, not overwritten", "give another folder or --force")
+        motion = reconstruct(io.read(path), model)
+        filled = motion.filled(arguments.max_gap) if arguments.fill else None
+        write_motion(motion, motion_file, filled)
+        if filled is not None:
+            io.write_filled(*filled, filled_file)
+    except (io.ReadError, io.WriteError) as error:
+        trouble = str(error)
+    except ValueError as error:
+        trouble = f"{path}: {error}"
+    except OSError as error:
+        trouble = f"{arguments.out}: cannot be written ({error.strerror}); give another folder"
+    else:
+        say(f"{path}: {_figures(motion, None if filled is None else filled.mask)}")
+        return
+    complain(trouble)
+    yield trouble
+
+
+def _figures(motion: "Motion", mask: np.ndarray | None) -> str:
+    from dshpm_jax._reconstruction import Found
+
+    shares = [f"{(motion.found == how).mean():.1%} {how.name.lower()}" for how in sorted(Found, reverse=True)]
+    filled = "" if mask is None else f"; {int(mask.sum())} points filled"
+    return f"{motion.recording.num_frames} frames, poses {', '.join(shares)}{filled}"
