@@ -11,6 +11,7 @@ from dshpm_jax import _reconstructing, _viewing, io
 from dshpm_jax._archive import UsageError, command
 from dshpm_jax._compile_cache import cache_programs
 from dshpm_jax._console import complain, say
+from dshpm_jax._model import SubjectModel
 from dshpm_jax._recording import Recording
 
 OK, FAILURES, WRONG_USAGE, INTERRUPTED = 0, 1, 2, 130
@@ -39,7 +40,9 @@ def _parser() -> argparse.ArgumentParser:
     demo.set_defaults(run=_demo)
 
     model = commands.add_parser("model", help="a marker model from labelled recordings of the subject")
-    model.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING", help="labelled C3D or TRC file")
+    model.add_argument(
+        "recordings", nargs="+", type=Path, metavar="RECORDING", help="labelled recording, or one subject file"
+    )
     model.add_argument("-o", dest="out", type=Path, required=True, metavar="MODEL", help="the model's file (JSON)")
     how = model.add_mutually_exclusive_group()
     how.add_argument("--segments", type=Path, metavar="FILE", help="TOML file of segments and their markers")
@@ -77,12 +80,7 @@ def _model(arguments: argparse.Namespace) -> int:
     if arguments.out.exists() and not io.is_model(arguments.out):
         raise UsageError(f"{arguments.out}: is there and no marker model, not overwritten; give another file")
     try:
-        recordings = [_read_labelled(path) for path in arguments.recordings]
-        known = {name for r in recordings for name, named in zip(r.labels, r.labelled, strict=True) if named}
-        segments = io.read_segments(arguments.segments, known) if arguments.segments else None
-        from dshpm_jax import SubjectModel
-
-        model = SubjectModel.from_recordings(recordings, segments=segments, template=arguments.template)
+        model = _made_model(arguments)
         arguments.out.parent.mkdir(parents=True, exist_ok=True)
         io.write_model(model, arguments.out)
     except (io.ReadError, io.WriteError) as error:
@@ -96,6 +94,21 @@ def _model(arguments: argparse.Namespace) -> int:
         return FAILURES
     print(f"{arguments.out}: {model.num_markers} markers in {len(model.segments)} segments")
     return OK
+
+
+def _made_model(arguments: argparse.Namespace) -> SubjectModel:
+    """The model of one subject file, or of labelled recordings."""
+    files = [path for path in arguments.recordings if path.suffix.lower() in io.SUBJECT_FILES]
+    if files and len(arguments.recordings) > 1:
+        raise UsageError(f"{files[0]}: a subject file makes a model alone; give it or recordings, not both")
+    if files and (arguments.segments or arguments.template):
+        raise UsageError(f"{files[0]}: a subject file says what its segments are; leave out --segments and --template")
+    if files:
+        return io.read_model(files[0])
+    recordings = [_read_labelled(path) for path in arguments.recordings]
+    known = {name for r in recordings for name, named in zip(r.labels, r.labelled, strict=True) if named}
+    segments = io.read_segments(arguments.segments, known) if arguments.segments else None
+    return SubjectModel.from_recordings(recordings, segments=segments, template=arguments.template)
 
 
 def _read_labelled(path: Path) -> Recording:

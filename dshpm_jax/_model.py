@@ -9,12 +9,16 @@ from jaxtyping import Float, Int
 
 from dshpm_jax._hierarchy import Segment
 from dshpm_jax._model_building import (
+    POSED_SECONDS,
     Neighbourhood,
+    Skeleton,
+    bone_groups,
     build_neighbourhoods,
     build_segments,
     expected_spread,
     gather,
     pair_statistics,
+    posed_clip,
 )
 from dshpm_jax._recording import Recording
 
@@ -62,17 +66,44 @@ class SubjectModel:
             template: take the segments from a known marker set, such as "plug-in-gait".
         """
         names, clips = gather(recordings)
-        statistics = pair_statistics(clips, [recording.rate for recording in recordings])
+        sources = tuple(recording.source.name for recording in recordings if recording.source)
+        how = {"segments": segments, "template": template}
+        return cls._from_clips(names, clips, [recording.rate for recording in recordings], sources, **how)
+
+    @classmethod
+    def from_skeleton(cls, skeleton: Skeleton, source: str = "") -> "SubjectModel":
+        """A model from a capture system's own subject file, by poses that its joints allow.
+
+        Arguments:
+            skeleton: bones and markers, as read from the file.
+            source: the file's name.
+        """
+        clip = posed_clip(skeleton)
+        names = tuple(marker.name for marker in skeleton.markers)
+        rates, sources = [len(clip) / POSED_SECONDS], (source,) if source else ()
+        return cls._from_clips(names, [clip], rates, sources, rigid=bone_groups(skeleton))
+
+    @classmethod
+    def _from_clips(
+        cls,
+        names: tuple[str, ...],
+        clips: Sequence[Float[np.ndarray, "frames markers 3"]],
+        rates: Sequence[float],
+        sources: tuple[str, ...],
+        **segments: Any,
+    ) -> "SubjectModel":
+        """A model from clips of the markers; `segments` are further arguments of `build_segments`."""
+        statistics = pair_statistics(clips, rates)
         return cls(
             markers=names,
-            segments=build_segments(names, clips, statistics, segments, template),
+            segments=build_segments(names, clips, statistics, **segments),
             pair_mean=statistics.mean,
             pair_spread=expected_spread(statistics, names),
             pair_low=statistics.low,
             pair_high=statistics.high,
             pair_frames=statistics.frames,
-            neighbourhoods=build_neighbourhoods(names, clips, statistics),
-            sources=tuple(recording.source.name for recording in recordings if recording.source),
+            neighbourhoods=build_neighbourhoods(names, clips, statistics, loose="rigid" in segments),
+            sources=sources,
         )
 
 

@@ -89,8 +89,10 @@ def _chain(overlap: np.ndarray, identity: np.ndarray, a: int, b: int, start: int
 
 
 def _permutations(scene: Scene, identity: np.ndarray, evidence: np.ndarray) -> list[Move]:
-    """A segment turned onto itself: a nearly rectangular plate fits four ways, and pairwise exchanges pass through
-    worse ones."""
+    """A segment turned onto itself: a nearly rectangular plate fits four ways, and exchanges pass through worse ones.
+
+    So do two markers that are each other's best neighbour: by today's evidence neither can be anywhere else.
+    """
     moves = []
     for target, ways in zip(scene.targets, scene.symmetries):
         own = np.flatnonzero(np.isin(identity, target.markers))

@@ -75,7 +75,7 @@ def with_virtual_join(target: Target, place: Float[np.ndarray, "3"], spread: flo
 
 
 def symmetries(target: Target) -> list[tuple[int, ...]]:
-    """Permutations of three markers and more under which all distances stay within `SYMMETRY` tolerances."""
+    """Permutations of the markers under which all distances stay within `SYMMETRY` tolerances."""
     distance, size = target.distance, len(target.markers)
     if not 3 <= size <= MAX_SYMMETRIC:
         return []
@@ -83,7 +83,7 @@ def symmetries(target: Target) -> list[tuple[int, ...]]:
     for permutation in permutations(range(size)):
         moved = sum(k != p for k, p in enumerate(permutation))
         index = list(permutation)
-        if moved >= 3 and (np.abs(distance[np.ix_(index, index)] - distance) <= SYMMETRY * target.tolerance).all():
+        if moved >= 2 and (np.abs(distance[np.ix_(index, index)] - distance) <= SYMMETRY * target.tolerance).all():
             found.append(permutation)
     return found
 

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from dshpm_jax._model_building.expectation import GENERAL_MM, GENERAL_SECONDS, expected_spread, general_share
-from dshpm_jax._model_building.shapes import mean_shape, weighted_fit
+from dshpm_jax._model_building.shapes import mean_shape, weighted_fit, with_distances
 from dshpm_jax._model_building.statistics import MAX_FRAMES, PairStatistics
 
 MAX_NEIGHBOURS = 8
@@ -38,25 +38,39 @@ class Neighbourhood:
 
 
 def build_neighbourhoods(
-    names: Sequence[str], clips: Sequence[Float[np.ndarray, "frames markers 3"]], statistics: PairStatistics
+    names: Sequence[str],
+    clips: Sequence[Float[np.ndarray, "frames markers 3"]],
+    statistics: PairStatistics,
+    loose: bool = False,
 ) -> tuple[Neighbourhood, ...]:
-    """A neighbourhood for every marker, made from what the clips show and from what bodies do in general."""
+    """A neighbourhood for every marker, made from what the clips show and from what bodies do in general.
+
+    Arguments:
+        loose: whether joints turn so far in the clips that mean shapes shrink (see `with_distances`).
+    """
     clips = [clip[:: max(1, -(-len(clip) // MAX_FRAMES))] for clip in clips]
     spread = expected_spread(statistics, names)
     soft = np.sqrt(spread**2 + (SHARE * statistics.mean) ** 2 + NOISE_MM**2)
     soft = np.where(np.isfinite(soft), soft, np.inf)
     np.fill_diagonal(soft, np.inf)
     general = np.hypot(GENERAL_MM, general_share(names) * statistics.mean)
-    return tuple(_neighbourhood(clips, statistics, soft, general, m) for m in range(len(names)))
+    return tuple(_neighbourhood(clips, statistics, soft, general, m, loose) for m in range(len(names)))
 
 
 def _neighbourhood(
-    clips: Sequence[np.ndarray], statistics: PairStatistics, soft: np.ndarray, general: np.ndarray, marker: int
+    clips: Sequence[np.ndarray],
+    statistics: PairStatistics,
+    soft: np.ndarray,
+    general: np.ndarray,
+    marker: int,
+    loose: bool,
 ) -> Neighbourhood:
     order = np.argsort(soft[marker], kind="stable")[:MAX_NEIGHBOURS]
     order = order[np.isfinite(soft[marker, order])]
     ids = np.append(order, marker)
     shape = mean_shape(np.concatenate([clip[:, ids] for clip in clips]), statistics.mean[np.ix_(ids, ids)])
+    if loose:
+        shape = with_distances(shape, statistics.mean[np.ix_(ids, ids)], soft[np.ix_(ids, ids)])
     softness = soft[marker, order]
     seen = [_prediction_error(clip[:, ids], shape, 1 / softness**2) for clip in clips]
     # The liveliest recording counts: a static predicts every marker perfectly and says nothing.

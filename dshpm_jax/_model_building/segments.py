@@ -50,10 +50,17 @@ def build_segments(
     statistics: PairStatistics,
     segments: Mapping[str, Any] | None = None,
     template: str | None = None,
+    rigid: Sequence[Sequence[int]] | None = None,
 ) -> tuple[Segment, ...]:
-    """Segments from a file's mapping, a template, the motion, or the names of markers, whichever is there first."""
+    """Segments from a file's mapping, a template, rigid groups, the motion, or the names, whichever is there first.
+
+    Arguments:
+        rigid: groups of markers that sit on one bone each, and cover all markers; joints are found from the motion.
+    """
     if segments is not None:
         plan = _from_mapping(segments, names, statistics)
+    elif rigid is not None:
+        plan = _from_motion(names, statistics, rigid)
     elif template is not None:
         plan = _from_template(template, names, statistics)
     elif is_still(statistics):
@@ -76,9 +83,12 @@ def _thin(clip: np.ndarray) -> np.ndarray:
     return clip[np.linspace(0, len(clip) - 1, min(len(clip), MAX_SHAPE_FRAMES)).astype(int)]
 
 
-def _from_motion(names: Sequence[str], statistics: PairStatistics) -> Plan:
+def _from_motion(
+    names: Sequence[str], statistics: PairStatistics, rigid: Sequence[Sequence[int]] | None = None
+) -> Plan:
     soft = softness(statistics, names)
-    markers, links = overlapping(groups(soft, names), soft, [parts_of(name) for name in names])
+    found = groups(soft, names) if rigid is None else rigid
+    markers, links = overlapping(found, soft, [parts_of(name) for name in names])
     return Plan(segment_names(markers, names), markers, _parents(markers, links))
 
 

@@ -8,6 +8,9 @@ from dshpm_jax._types import MIN_FIT_POINTS
 ROUNDS = 8
 """Rounds of the mean shape; it settles to a hundredth of a millimetre in fewer."""
 
+DISTANCE_ROUNDS = 100
+"""Rounds of a shape with given distances; what they still change are the softest, by a millimetre."""
+
 MAX_SHAPE_FRAMES = 400
 """Frames that a shape and a joint are made from, evenly spaced."""
 
@@ -104,6 +107,27 @@ def _from_distances(distances: Float[np.ndarray, "markers markers"]) -> Float[np
     best = np.argsort(values)[::-1][:3]
     places[:, : len(best)] = vectors[:, best] * np.sqrt(np.maximum(values[best], 0))
     return places
+
+
+def with_distances(
+    shape: Float[np.ndarray, "markers 3"],
+    distances: Float[np.ndarray, "markers markers"],
+    softness: Float[np.ndarray, "markers markers"],
+) -> Float[np.ndarray, "markers 3"]:
+    """A shape near `shape` that keeps the mean distances, the most rigid first (all mm).
+
+    The mean place of a marker that turns about another lies between the two, so a mean shape of loose markers is
+    smaller than any that was ever seen. Least squares of the distances, weighted by 1 / softness^2, by majorisation.
+    """
+    weight = np.where(np.isfinite(distances), 1 / softness**2, 0)
+    np.fill_diagonal(weight, 0)
+    wanted = np.nan_to_num(distances)
+    pull = np.linalg.pinv(np.diag(weight.sum(1)) - weight)
+    for _ in range(DISTANCE_ROUNDS):
+        now = np.linalg.norm(shape[:, None] - shape, axis=-1)
+        ratio = weight * wanted / np.where(now > 0, now, np.inf)
+        shape = pull @ (np.diag(ratio.sum(1)) - ratio) @ shape
+    return shape
 
 
 PRIOR_SPREAD_MM, NOISE_MM, MOTION_FRAMES = 60.0, 8.0, 30.0

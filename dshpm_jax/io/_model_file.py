@@ -12,8 +12,13 @@ from dshpm_jax._types import NO_PARENT
 from dshpm_jax.io._atomic import write_whole
 from dshpm_jax.io._errors import ReadError
 from dshpm_jax.io._fields import decode, encode
+from dshpm_jax.io._osim import read_osim
+from dshpm_jax.io._vsk import read_vsk
 
 FORMAT, VERSION = "dshpm-model", 1
+SUBJECT_FILES = {".vsk": read_vsk, ".osim": read_osim}
+"""Endings of files in which other programs keep a subject, and what reads them."""
+
 _REMEDY = "make it again with 'dshpm-jax model' or correct that entry"
 
 
@@ -24,8 +29,10 @@ def write_model(model: SubjectModel, path: str | Path) -> None:
 
 
 def read_model(path: str | Path) -> SubjectModel:
-    """Reads a model and checks that it is one; raises `ReadError` that names the entry that is wrong."""
+    """Reads a model, or makes one of a subject file (`SUBJECT_FILES`); `ReadError` names the entry that is wrong."""
     path = Path(path)
+    if path.suffix.lower() in SUBJECT_FILES:
+        return _from_subject_file(path)
     try:
         found = json.loads(path.read_bytes())
     except OSError as error:
@@ -43,6 +50,14 @@ def read_model(path: str | Path) -> SubjectModel:
     except ValueError as error:
         raise ReadError(path, str(error), _REMEDY) from None
     return model
+
+
+def _from_subject_file(path: Path) -> SubjectModel:
+    skeleton = SUBJECT_FILES[path.suffix.lower()](path)
+    try:
+        return SubjectModel.from_skeleton(skeleton, path.name)
+    except ValueError as error:
+        raise ReadError(path, f"no model can be made of it ({error})", "make one from a labelled recording") from None
 
 
 def is_model(path: str | Path) -> bool:
