@@ -79,6 +79,7 @@ def _demo(arguments: argparse.Namespace) -> int:
 def _model(arguments: argparse.Namespace) -> int:
     if arguments.out.exists() and not io.is_model(arguments.out):
         raise UsageError(f"{arguments.out}: is there and no marker model, not overwritten; give another file")
+    _check_sources(arguments)
     try:
         model = _made_model(arguments)
         arguments.out.parent.mkdir(parents=True, exist_ok=True)
@@ -96,15 +97,18 @@ def _model(arguments: argparse.Namespace) -> int:
     return OK
 
 
-def _made_model(arguments: argparse.Namespace) -> SubjectModel:
-    """The model of one subject file, or of labelled recordings."""
+def _check_sources(arguments: argparse.Namespace) -> None:
     files = [path for path in arguments.recordings if path.suffix.lower() in io.SUBJECT_FILES]
     if files and len(arguments.recordings) > 1:
         raise UsageError(f"{files[0]}: a subject file makes a model alone; give it or recordings, not both")
     if files and (arguments.segments or arguments.template):
         raise UsageError(f"{files[0]}: a subject file says what its segments are; leave out --segments and --template")
-    if files:
-        return io.read_model(files[0])
+
+
+def _made_model(arguments: argparse.Namespace) -> SubjectModel:
+    """The model of one subject file, or of labelled recordings."""
+    if arguments.recordings[0].suffix.lower() in io.SUBJECT_FILES:
+        return io.read_model(arguments.recordings[0])
     recordings = [_read_labelled(path) for path in arguments.recordings]
     known = {name for r in recordings for name, named in zip(r.labels, r.labelled, strict=True) if named}
     segments = io.read_segments(arguments.segments, known) if arguments.segments else None

@@ -149,6 +149,8 @@ def test_settings_file(folder, capsys, labeller):
         ["model", "walk.c3d"],
         ["model", "walk.c3d", "-o", "walk.c3d"],
         ["model", "walk.c3d", "-o", "m.json", "--segments", "s.toml", "--template", "t"],
+        ["model", "nick.vsk", "walk.c3d", "-o", "m.json"],
+        ["model", "nick.vsk", "-o", "m.json", "--template", "plug-in-gait"],
         ["check"],
         ["check", "walk.c3d"],
         ["check", "walk.c3d", "--model", "nowhere.json"],
@@ -217,6 +219,26 @@ def test_model(folder, capsys):
     assert (status, err) == (0, "") and "3 markers" in out
     assert io.read_model(folder / "new" / "model.json").markers
     assert command(capsys, "model", "walk.c3d", "-o", "new/model.json")[0] == 0  # a model gives way to a model
+
+
+SUBJECT = """<KinematicModel><Skeleton><Segment NAME="Hip"><JointFree /></Segment></Skeleton><MarkerSet><Markers>
+<Marker NAME="LASI" SEGMENT="Hip" POSITION="0 0 0" /><Marker NAME="RASI" SEGMENT="Hip" POSITION="240 0 0" />
+<Marker NAME="SACR" SEGMENT="Hip" POSITION="120 0 -200" /></Markers></MarkerSet></KinematicModel>"""
+
+
+def test_a_subject_file_is_a_model(folder, capsys, labeller):
+    (folder / "nick.vsk").write_text(SUBJECT)
+    status, out, err = command(capsys, "model", "nick.vsk", "-o", "nick.json")
+    assert (status, out, err) == (0, "nick.json: 3 markers in 1 segments\n", "")
+    assert io.read_model(folder / "nick.json").markers == tuple(MARKERS)
+    status, out, err = command(capsys, "label", "walk.c3d", "--model", "nick.vsk", "-o", "out")
+    assert (status, err) == (0, "") and io.read(folder / "out" / "walk.c3d").labels[:3] == tuple(MARKERS)
+
+
+def test_a_damaged_subject_file(folder, capsys):
+    (folder / "nick.vsk").write_text(SUBJECT[:100])
+    status, _, err = command(capsys, "model", "nick.vsk", "-o", "nick.json")
+    assert status == 1 and err.count("\n") == 1 and "nick.vsk: is no XML" in err
 
 
 def test_model_of_unlabelled_points(folder, capsys):

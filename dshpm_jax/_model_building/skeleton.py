@@ -24,7 +24,7 @@ MAX_TURN, MIN_TURN = 0.3, 0.1
 """Standard deviation of a joint's angle (rad) at most and at least: files that were never told better let every joint
 turn as far as a hip does. Pairs across joints of a freely moving subject spread so far."""
 
-LOOSE_TURN = 1.8
+LOOSE_TURN = 2.5
 """Standard deviation (rad) of a turn of which nothing is known."""
 
 SEED = 0
