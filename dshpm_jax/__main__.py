@@ -11,6 +11,7 @@ from dshpm_jax import _reconstructing, _viewing, io
 from dshpm_jax._archive import UsageError, command
 from dshpm_jax._compile_cache import cache_programs
 from dshpm_jax._console import complain, say
+from dshpm_jax._experiments import command as experiments
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._recording import Recording
 
@@ -62,6 +63,10 @@ def _parser() -> argparse.ArgumentParser:
     view = commands.add_parser("view", help="a page in which a labelled recording plays")
     _viewing.add_options(view)
     view.set_defaults(run=_viewing.run)
+
+    experiment = commands.add_parser("experiment", help="the paper's experiments, with tables and figures")
+    experiments.add_options(experiment)
+    experiment.set_defaults(run=experiments.run)
 
     motion = commands.add_parser("reconstruct", help="the motion of the segments from labelled recordings")
     _reconstructing.add_options(motion)

@@ -116,9 +116,9 @@ def recruit_incomplete(scene: Scene, known: Known, frame: int) -> Control:
         target = scene.targets[segment]
         holder = known.holders(scene, target.markers, frame)
         grown = yield from _grow(scene, known, int(segment), frame, holder)
-        for marker, trajectory in zip(target.markers, grown):
-            if trajectory != NO_MATCH and not known.clashes(scene, trajectory, marker).any():
-                known.recruit(trajectory, marker)
+        for k in np.flatnonzero(grown != holder):
+            if not known.clashes(scene, grown[k], target.markers[k]).any():
+                known.recruit(grown[k], target.markers[k])
 
 
 def _grow(scene: Scene, known: Known, segment: int, frame: int, holder: np.ndarray) -> Control:

@@ -1,4 +1,4 @@
-"""People of 15 segments with 27, 34 or 49 markers, the sizes of the paper's protocols (section 5.1).
+"""People of 15 segments with as many markers as the paper's: 27, 34 or 49 (section 5.1), 30 or 50 (section 5.2).
 
 World and neutral pose: x forwards, y to the left, z up; standing upright, arms down, palms to the body.
 """
@@ -35,6 +35,7 @@ MIDDLE_MARKERS = (
     ("STRN", "thorax", (112, -6, 255), 6.0, False, 49),
     ("RBAK", "thorax", (-118, -88, 345), 8.0, False, 49),
     ("TOPH", "head", (5, 14, 228), 1.5, False, 49),
+    ("LBAK", "thorax", (-122, 74, 150), 8.0, False, 50),
 )
 SIDE_MARKERS = (  # of the left side, without the letter of the side
     ("FHD", "head", (96, 72, 128), 1.5, False, 27),
@@ -43,12 +44,12 @@ SIDE_MARKERS = (  # of the left side, without the letter of the side
     ("UPA", "upper arm", (-14, 50, -140), 8.0, False, 34),
     ("ELB", "forearm", (0, 42, 0), 4.0, True, 27),
     ("WRA", "hand", (34, 5, 0), 3.0, True, 27),
-    ("WRB", "hand", (-30, 8, 0), 3.0, True, 34),
+    ("WRB", "hand", (-30, 8, 0), 3.0, True, 30),
     ("FIN", "hand", (20, 16, -86), 2.0, False, 27),  # on the second knuckle, as usual
     ("HIP", "thigh", (0, 76, -8), 8.0, True, 27),
     ("THI", "thigh", (26, 78, -215), 17.0, False, 27),
     ("KNE", "shank", (0, 56, 0), 6.0, True, 27),
-    ("TIB", "shank", (36, 46, -185), 6.0, False, 34),
+    ("TIB", "shank", (36, 46, -185), 6.0, False, 30),
     ("ANK", "foot", (0, 42, -4), 3.0, True, 27),
     ("HEE", "foot", (-56, 0, -44), 2.0, False, 27),
     ("TOE", "foot", (130, -8, -38), 2.0, False, 27),
@@ -60,7 +61,8 @@ SIDE_MARKERS = (  # of the left side, without the letter of the side
     ("MT5", "foot", (92, 50, -46), 2.0, False, 49),
 )
 SPARSE_HEAD = ("BHD", "head", (-100, 22, 150), 1.5, False, 27)  # stands for LBHD and RBHD
-PROTOCOLS = (27, 34, 49)
+PROTOCOLS = (27, 30, 34, 49, 50)
+LEFT_OUT = {30: ("T10",), 34: ("BHD",), 49: ("BHD",), 50: ("BHD",)}  # though a smaller protocol has it
 
 # from anatomical angles to turns about y, x and z; the second and third change sign on the right
 FLEXES_BACK = {"pelvis", "thorax", "head", "shank"}  # flexion that turns from z to x
@@ -72,14 +74,14 @@ def person(
     """A person in motion.
 
     Arguments:
-        markers: 27, 34 or 49.
+        markers: 27, 30, 34, 49 or 50.
         activity: "walking", "running" or "freeform".
         frames, rate: length of the take and frames a second.
         subject: whose body it is, from 0: lengths of the segments, places of the markers, softness.
         seed: of the take: how the person moves, how the soft tissue swings, measurement noise.
     """
     if markers not in PROTOCOLS:
-        raise ValueError(f"no protocol of {markers} markers: choose 27, 34 or 49")
+        raise ValueError(f"no protocol of {markers} markers: choose one of {PROTOCOLS}")
     if frames < 1 or rate <= 0:
         raise ValueError(f"got {frames} frames at {rate} Hz: ask for one frame or more at a positive rate")
     figure = _subject(markers, subject)
@@ -93,8 +95,8 @@ def _subject(markers: int, subject: int) -> Figure:
     body, putting_on = np.random.default_rng([subject, 0]), np.random.default_rng([subject, markers, 1])
     scale = _scales(body, subject)
     bones = tuple(_scaled(bone, scale) for bone in _bones())
-    worn = [m for m in _markers() if m[1] <= markers and not (m[0].name == "BHD" and markers > 27)]
-    placed = tuple(_put_on(marker, scale[marker.bone], putting_on) for marker, _ in worn)
+    worn = [m for m, least in _markers() if least <= markers and m.name not in LEFT_OUT.get(markers, ())]
+    placed = tuple(_put_on(marker, scale[marker.bone], putting_on) for marker in worn)
     return Figure(bones, placed)
 
 

@@ -125,6 +125,7 @@ def test_lost_markers_are_recruited_where_they_are_predicted():
     known.identity[[chain.trajectory_of(scene, 30, k) for k in (1, 6)]] = NO_MATCH
     _, driver = run(recruit_incomplete(scene, known, 30))
     assert labels(scene, known) == ([], 8) and len(driver.requests(FitPoses)) == 2
+    assert known.recruited.sum() == 2  # the others were matched and stay so
 
 
 def test_a_claimed_or_distant_point_is_not_recruited():

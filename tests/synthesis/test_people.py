@@ -8,7 +8,11 @@ from dshpm_jax.synthesis._machines import ROBOT_NOISE
 from dshpm_jax.synthesis._people import NOISE, _subject
 
 MAKERS = {
-    **{f"{m} {a}": (lambda m=m, a=a, **k: person(m, a, **k)) for m in (27, 34, 49) for a in ("walking", "freeform")},
+    **{
+        f"{m} {a}": (lambda m=m, a=a, **k: person(m, a, **k))
+        for m in (27, 30, 34, 49, 50)
+        for a in ("walking", "freeform")
+    },
     "34 running": lambda **k: person(34, "running", **k),
     "robot arm": robot_arm,
     "hand": hand,
@@ -30,11 +34,11 @@ def columns(take, segment):
 
 
 def test_the_paper_s_protocols():
-    for markers in (27, 34, 49):
+    for markers in (27, 30, 34, 49, 50):
         take = person(markers, frames=2)
         assert take.recording.points.shape == (2, markers, 3)
         assert len(take.segments) == 15
-        assert all(len(s["markers"]) >= (2 if markers == 27 else 3) for s in take.segments.values())
+        assert all(len(s["markers"]) >= (2 if markers <= 30 else 3) for s in take.segments.values())
     assert len(robot_arm(frames=2).segments) == 7
     assert len(hand(frames=2).segments) == 16
 
@@ -170,7 +174,7 @@ def test_sides_are_alike_but_not_mirror_images():
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ({"markers": 30}, "27, 34 or 49"),
+        ({"markers": 31}, "one of .27, 30, 34, 49, 50."),
         ({"activity": "swimming"}, "walking, running or freeform"),
         ({"frames": 0}, "one frame or more"),
     ],

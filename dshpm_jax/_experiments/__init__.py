@@ -1,0 +1,1 @@
+"""The paper's experiments (section 5), each one command that writes tables and figures."""

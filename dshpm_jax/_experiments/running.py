@@ -1,0 +1,112 @@
+"""Runs one experiment: trials, tables, figures, and what it says meanwhile."""
+
+import hashlib
+import sys
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from dshpm_jax import io
+from dshpm_jax._archive import UsageError
+from dshpm_jax._experiments import complexity, corruption, distortion, table1
+from dshpm_jax._experiments.figures import style
+from dshpm_jax._experiments.records import Records
+from dshpm_jax._experiments.statistics import rate_of, times_of
+from dshpm_jax._experiments.subjects import Subject, recorded, synthetic
+from dshpm_jax._experiments.trials import NAMES, Plan, Point, run_point, warm_up
+
+DENSITIES = (30, 50)  # markers, section 5.2
+TRIALS = {"table1": 20, "distortion": 500, "corruption": 500, "complexity": 500}
+SHARED = {"complexity": "corruption"}  # whose trials an experiment takes
+
+
+class Order(NamedTuple):
+    """What was asked for: which experiment, where to, and on what; `None` stands for the usual."""
+
+    name: str
+    out: Path | None = None
+    trials: int | None = None
+    frames: int = 600
+    recording: Path | None = None
+    model: Path | None = None
+    seed: int = 2008
+
+
+def run(order: Order) -> int:
+    """Runs the trials that are not there yet, writes tables and figures; gives the exit status.
+
+    Raises:
+        UsageError: an order that makes no sense.
+    """
+    trials = TRIALS[order.name] if order.trials is None else order.trials
+    if trials < 1 or order.frames < 1:
+        raise UsageError("an experiment needs at least one trial of one frame; give larger --trials or --frames")
+    if (order.recording is None) != (order.model is None):
+        raise UsageError("--recording and --model go together: a labelled recording and the model of its subject")
+    folder = Path(f"dshpm-{order.name}") if order.out is None else order.out
+    try:
+        subject = recorded(order.recording, order.model) if order.recording and order.model else None
+    except io.ReadError as error:
+        raise UsageError(str(error)) from None
+    plan = _plan(order, subject)
+    records = Records(folder, SHARED.get(order.name, order.name), _setup(order))
+    _run_trials(plan, records, trials)
+    return _report(order.name, plan, records, folder)
+
+
+def _plan(order: Order, subject: Subject | None) -> Plan:
+    if order.name == "table1":
+        if subject and order.recording:
+            return table1.plan_of(subject, order.recording.stem, order.frames, order.seed)
+        return table1.plan(order.frames, order.seed)
+    if subject:
+        subjects = {subject.recording.points.shape[1]: subject}
+    else:
+        subjects = {n: synthetic(n, "walking", order.frames, 0, order.seed) for n in DENSITIES}
+    return _module(order.name).plan(subjects, order.frames, order.seed)
+
+
+def _module(name: str) -> Any:
+    return {"table1": table1, "distortion": distortion, "corruption": corruption, "complexity": complexity}[name]
+
+
+def _setup(order: Order) -> dict[str, Any]:
+    """What the outcomes depend on."""
+    files = {"recording": order.recording, "model": order.model}
+    return {"seed": order.seed, "frames": order.frames, **{k: f and _hash(f) for k, f in files.items()}}
+
+
+def _hash(file: Path) -> str:
+    return hashlib.sha256(file.read_bytes()).hexdigest()
+
+
+def _run_trials(plan: Plan, records: Records, trials: int) -> None:
+    lacking = [point for point in plan.points if len(records.of(point)) < trials]
+    warm_up(plan, {(p.markers, p.method): p for p in lacking}.values())
+    for point in lacking:
+        for outcomes in run_point(plan, point, range(len(records.of(point)), trials)):
+            records.add(point, outcomes)
+        print(_line(point, records), flush=True)
+
+
+def _line(point: Point, records: Records) -> str:
+    found = records.of(point)
+    rate, (seconds, alone) = rate_of(found), times_of(found)
+    what = f"{point.markers} markers, {point.kind}" + (f" {point.level:g}" if point.level else "")
+    return (
+        f"{what}, {NAMES[point.method]}: {len(found)} trials, {rate.mean:.1%} of the points identified "
+        f"({rate.low:.1%} to {rate.high:.1%}), {1000 * seconds:.0f} ms a trial, {1000 * alone:.0f} ms alone"
+    )
+
+
+def _report(name: str, plan: Plan, records: Records, folder: Path) -> int:
+    module = _module(name)
+    module.write_table(plan, records, folder / f"{name}.csv")
+    written = f"{name}.csv"
+    try:
+        with style():
+            module.draw(plan, records, folder / f"{name}.png")
+        written += f", {name}.png, {name}.pdf"
+    except ModuleNotFoundError as missing:
+        print(missing, file=sys.stderr)
+    print(f"in {folder}: {written}")
+    return 0
