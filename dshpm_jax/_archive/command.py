@@ -5,12 +5,15 @@ import dataclasses
 import re
 from collections.abc import Sequence
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 
+from dshpm_jax._archive.flight import label_on
 from dshpm_jax._archive.jobs import Job, UsageError, find_jobs, in_shard
 from dshpm_jax._archive.progress import Progress, log_to
-from dshpm_jax._archive.run import Order, label_archive, what_is_due
+from dshpm_jax._archive.run import Order, Place, label_archive, label_here, what_is_due
 from dshpm_jax._archive.standing import Due
+from dshpm_jax._archive.workers import local_workers, workers_of
 from dshpm_jax._console import complain, say
 from dshpm_jax._settings import Settings
 from dshpm_jax.io import WriteError
@@ -43,6 +46,10 @@ def add_options(label: argparse.ArgumentParser) -> None:
     run = label.add_argument_group("the run")
     run.add_argument("--dry-run", action="store_true", help="list what would be done, with which model; write nothing")
     run.add_argument("--force", action="store_true", help="make earlier results again, even if nothing changed")
+    where = run.add_mutually_exclusive_group()
+    where.add_argument("--workers", type=_count, metavar="N", help="label in N processes (default: in this one)")
+    where.add_argument("--scheduler", metavar="ADDRESS", help="label on the workers of this dask scheduler")
+    where.add_argument("--scheduler-file", type=Path, metavar="FILE", help="the same, by the file that it wrote")
     run.add_argument("--shard", type=_shard, metavar="I/N", help="only share I (from 0) of N, for job arrays")
     run.add_argument("--log-file", type=Path, metavar="FILE", help="append what happens to this file, with times")
 
@@ -53,25 +60,36 @@ def run(arguments: argparse.Namespace) -> int:
     for model in arguments.model:
         if not model.is_file():
             raise UsageError(f"{model}: there is no such model; make one with 'dshpm-jax model'")
+    if arguments.shard and (arguments.scheduler or arguments.scheduler_file):
+        raise UsageError("--shard: the workers of a scheduler share out all files themselves; leave one of them out")
     jobs = find_jobs(arguments.inputs, arguments.model, arguments.out)
-    order = Order(arguments.out, settings, arguments.force, arguments.shard)
+    order = Order(arguments.out, settings, arguments.force, arguments.shard, arguments.workers or 1)
     if order.shard:
         jobs = in_shard(jobs, order.shard)
     if arguments.dry_run:
         return _say_what_is_due(jobs, order)
     log = log_to(arguments.log_file) if arguments.log_file else None
     try:
-        return _label(jobs, order)
+        return _label(jobs, order, _place(arguments))
     finally:
         if log:
             log.close()
 
 
-def _label(jobs: Sequence[Job], order: Order) -> int:
+def _place(arguments: argparse.Namespace) -> Place:
+    """Where to label."""
+    if arguments.workers:
+        return label_on(partial(local_workers, arguments.workers))
+    if arguments.scheduler or arguments.scheduler_file:
+        return label_on(partial(workers_of, arguments.scheduler, arguments.scheduler_file))
+    return label_here
+
+
+def _label(jobs: Sequence[Job], order: Order, place: Place) -> int:
     progress = Progress(jobs)
     whole = True
     try:
-        with closing(label_archive(jobs, order)) as outcomes:
+        with closing(label_archive(jobs, order, place)) as outcomes:
             for outcome in outcomes:
                 progress.take(outcome)
     except WriteError as error:
@@ -111,6 +129,12 @@ def _settings(arguments: argparse.Namespace) -> Settings:
     if arguments.confidence is not None and settings.method != "full":
         raise UsageError(f"--confidence: the method '{settings.method}' withholds no labels; leave one of them out")
     return settings
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal() or not int(text):
+        raise argparse.ArgumentTypeError(f"'{text}' is no number of processes, such as 2")
+    return int(text)
 
 
 def _shard(text: str) -> tuple[int, int]:

@@ -32,11 +32,17 @@ class Progress:
         self._sizes = {job: job.source.stat().st_size if job.source.is_file() else 0 for job in jobs}
         self._left = sum(self._sizes.values())
         self._bytes = self._frames = 0  # of what was labelled in this run
-        self._clock, self._start, self._said = clock, clock(), clock()
+        self._clock = clock
+        self._start = self._said = self._last = clock()
         self._bar = _bar(len(jobs))
 
     def take(self, outcome: Outcome) -> None:
         """Tells of one more outcome."""
+        now = self._clock()
+        if self._bar is None and now - self._said >= STATUS_SECONDS:
+            self._said = now
+            say(f"{self.counts.total()} of {len(self._sizes)} files, {self._status()}")
+        self._last = now
         self.counts[outcome.outcome] += 1
         size = self._sizes.get(outcome.job, 0)
         self._left -= size
@@ -47,9 +53,6 @@ class Progress:
         if self._bar is not None:
             self._bar.set_postfix_str(self._status(), refresh=False)
             self._bar.update()
-        elif self._clock() - self._said >= STATUS_SECONDS:
-            self._said = self._clock()
-            say(f"{self.counts.total()} of {len(self._sizes)} files, {self._status()}")
 
     @property
     def all_labelled(self) -> bool:
@@ -77,7 +80,7 @@ class Progress:
     def _status(self) -> str:
         """Such as "83 frames/s, 118 labelled, 1 partly labelled, 1 failed, expected end Sat 14:35"."""
         parts = [f"{self.counts[what]} {what}" for what in (LABELLED, PARTLY, FAILED)]
-        seconds = self._clock() - self._start
+        seconds = self._last - self._start  # outcomes come in batches; the one on its way does not count yet
         if self._bytes and seconds > 0:
             end = datetime.now() + timedelta(seconds=self._left * seconds / self._bytes)
             parts = [f"{self._frames / seconds:.0f} frames/s", *parts, f"expected end {end:%a %H:%M}"]

@@ -1,6 +1,7 @@
 """A run over an archive: what is due goes in batches to where it is labelled, and every file gets a row."""
 
 import logging
+import math
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +16,7 @@ from dshpm_jax._settings import Settings
 from dshpm_jax.io import WriteError
 from dshpm_jax.report._run_page import write_run_page
 
-BATCH_FILES = 16
+BATCH_FILES = 8  # in one batch; more fill the kernels hardly better
 BATCH_BYTES = 16 << 20  # of files in one batch, which bounds its memory and what is lost if it is interrupted
 
 _REMEDY = "the same command makes it again from the results"
@@ -31,12 +32,14 @@ class Order:
         out: the folder for the results.
         force: whether results that are up to date are made again.
         shard: which shard of how many this run is, if it does not do all (see `in_shard`).
+        workers: how many label side by side; batches are small enough that each gets some.
     """
 
     out: Path
     settings: Settings = Settings()
     force: bool = False
     shard: tuple[int, int] | None = None
+    workers: int = 1
 
 
 Step = Outcome | list[Job]
@@ -91,13 +94,14 @@ def what_is_due(jobs: Iterable[Job], order: Order) -> Iterator[Due | Outcome]:
 def _steps(jobs: Sequence[Job], order: Order) -> Iterator[Step]:
     """Recordings of like size together, so that little of a batch is padding."""
     sizes = {job: _size(job.source) for job in jobs}
+    most = min(BATCH_FILES, math.ceil(len(jobs) / (2 * order.workers)) if order.workers > 1 else BATCH_FILES)
     batch: list[Job] = []
     for due in what_is_due(sorted(jobs, key=lambda job: (sizes[job], str(job.source))), order):
         if isinstance(due, Outcome):
             yield due
             continue
         total = sum(sizes[job] for job in batch) + sizes[due.job]
-        if batch and (len(batch) == BATCH_FILES or total > BATCH_BYTES):
+        if batch and (len(batch) == most or total > BATCH_BYTES):
             yield batch
             batch = []
         batch.append(due.job)

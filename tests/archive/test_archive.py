@@ -414,7 +414,7 @@ def test_batches_are_bounded(tmp_path, labeller):
         io.write_c3d(make_recording(10, seed=k), folder / f"{k:02}.c3d")
     io.write_model(make_model(MARKERS), folder / "model.json")
     outcomes = run(folder, tmp_path / "out")
-    assert labeller == [16, 4] and list(outcomes) == [f"{k:02}.c3d" for k in range(20)]
+    assert labeller == [8, 8, 4] and list(outcomes) == [f"{k:02}.c3d" for k in range(20)]
     assert np.all([o.ok for o in outcomes.values()])
 
 

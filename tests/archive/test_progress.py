@@ -15,12 +15,13 @@ def test_lines_of_status(tmp_path, capsys):
     progress = Progress(jobs, clock=lambda: now[0])
     found = {"frames": 300, "completeness": 0.9, "trajectories": 40, "labelled_trajectories": 34}
     for job, outcome in zip(jobs, (LABELLED, PARTLY, FAILED, LABELLED), strict=True):
-        now[0] += STATUS_SECONDS / 2
+        now[0] += 0.6 * STATUS_SECONDS
         progress.take(Outcome(job, outcome, figures={} if outcome == FAILED else found, was_there=job is jobs[3]))
     progress.end(tmp_path)
     lines = capsys.readouterr().out.splitlines()
     assert lines[0] == f"{jobs[0].source}: labelled, 90.0% of the markers found, 34 of 40 trajectories"
-    assert lines[2].startswith("2 of 4 files, 10 frames/s, 1 labelled, 1 partly labelled, 0 failed, expected end ")
-    assert lines[4].startswith("4 of 4 files, 5 frames/s, 2 labelled, 1 partly labelled, 1 failed, expected end ")
+    assert lines[1].startswith("1 of 4 files, 8 frames/s, 1 labelled, 0 partly labelled, 0 failed, expected end ")
+    assert lines[3].startswith("3 of 4 files, 6 frames/s, 1 labelled, 1 partly labelled, 1 failed, expected end ")
+    assert lines[4] == f"{jobs[3].source}: up to date"
     assert lines[5] == f"2 of 4 recordings labelled, 1 partly labelled, 1 failed, results in {tmp_path}"
     assert not progress.all_labelled

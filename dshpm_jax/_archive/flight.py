@@ -1,0 +1,122 @@
+"""Batches in flight: sent to workers, one each; what a dead worker leaves behind goes on file by file."""
+
+import dataclasses
+import itertools
+import logging
+from collections import Counter, deque
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+from dshpm_jax._archive.batch import label_batch
+from dshpm_jax._archive.jobs import Job
+from dshpm_jax._archive.outcomes import FAILED, Outcome, failed
+from dshpm_jax._archive.run import Order, Place, Step
+from dshpm_jax._archive.standing import Standing
+from dshpm_jax._archive.workers import Connect, Workers
+
+if TYPE_CHECKING:
+    from distributed import Future
+
+WORKERS_KILLED = 2  # by a file, before it is set aside
+LOOK_SECONDS = 2  # between two looks at who is there, while nothing happens
+
+_log = logging.getLogger(__name__)
+
+
+def label_on(connect: Connect) -> Place:
+    """Labels on the workers that `connect` gives, which are asked for only if there is something to do."""
+
+    def place(steps: Iterator[Step], order: Order) -> Iterator[Outcome]:
+        for step in steps:
+            if isinstance(step, Outcome):
+                yield step
+                continue
+            with connect() as workers:
+                yield from _Flight(workers, order).run(itertools.chain([step], steps))
+
+    return place
+
+
+class _Flight:
+    def __init__(self, workers: Workers, order: Order):
+        self._workers = workers
+        self._order = dataclasses.replace(order, out=order.out.absolute())
+        self._flying: dict[Future, list[Job]] = {}
+        self._again: deque[list[Job]] = deque()
+        self._killed: Counter[Job] = Counter()
+
+    def run(self, steps: Iterator[Step]) -> Iterator[Outcome]:
+        from distributed import wait
+
+        try:
+            while True:
+                yield from self._fill(steps)
+                if not self._flying:
+                    return
+                try:
+                    wait(list(self._flying), timeout=LOOK_SECONDS, return_when="FIRST_COMPLETED")
+                except TimeoutError:
+                    self._workers.revive()
+                yield from self._landed()
+        finally:
+            self._workers.client.cancel(list(self._flying), force=True)
+
+    def _fill(self, steps: Iterator[Step]) -> Iterator[Outcome]:
+        """Sends batches until each worker has one; more would only be lost with a worker that dies."""
+        room = max(1, self._workers.how_many())
+        while len(self._flying) < room:
+            step = self._again.popleft() if self._again else next(steps, None)
+            if step is None:
+                return
+            if isinstance(step, Outcome):
+                yield step
+            else:
+                self._send(step)
+
+    def _send(self, batch: list[Job]) -> None:
+        jobs = [_absolute(job) for job in batch]
+        future = self._workers.client.submit(label_batch, jobs, self._order.out, self._order.settings, pure=False)
+        self._flying[future] = batch
+
+    def _landed(self) -> Iterator[Outcome]:
+        from distributed import KilledWorker
+
+        for future in [future for future in self._flying if future.done()]:
+            batch = self._flying.pop(future)
+            try:
+                outcomes = future.result()
+            except KilledWorker as error:
+                yield from self._mourn(batch, error.allowed_failures + 1)
+            except Exception as error:  # what no file is to blame for: the connection, or an environment without us
+                yield from (failed(job, error) for job in batch)
+            else:
+                mine = {job.target: job for job in batch}
+                yield from (dataclasses.replace(outcome, job=mine[outcome.job.target]) for outcome in outcomes)
+
+    def _mourn(self, batch: Sequence[Job], workers: int) -> Iterator[Outcome]:
+        """Goes on after the death of the worker, or of several in turn, that labelled `batch`."""
+        _log.debug("%d workers died over %s", workers, ", ".join(str(job.source) for job in batch))
+        standing = Standing(self._order.out, self._order.settings, self._order.force)
+        for job in batch:
+            found = standing.of(job)
+            self._killed[job] += workers if len(batch) == 1 else 0
+            if isinstance(found, Outcome):  # it was done before the worker died
+                yield found
+            elif self._killed[job] >= WORKERS_KILLED:
+                yield Outcome(job, FAILED, self._blame(job))
+            else:
+                self._again.append([job])
+
+    def _blame(self, job: Job) -> str:
+        memory = self._workers.memory
+        limit = f"than the {memory / 1e9:.1f} GB that each may use" if memory else "than there is"
+        times = self._killed[job]
+        return (
+            f"{job.source}: killed its worker {times} times (crashed it, or needed more memory {limit}); set aside, "
+            "label it alone or with fewer workers"
+        )
+
+
+def _absolute(job: Job) -> Job:
+    """For workers that may run in another folder."""
+    return dataclasses.replace(job, source=job.source.absolute(), models=tuple(p.absolute() for p in job.models))

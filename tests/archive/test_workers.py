@@ -1,0 +1,94 @@
+"""Runs on worker processes: the same results, and deaths that cost no other file."""
+
+import json
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+from making import make_model, make_recording
+from planted_faults import CRASHES, EATS_MEMORY, RAISES, PlantedFaults
+
+from dshpm_jax import io
+from dshpm_jax._archive import FAILED, LABELLED, Order, UsageError, find_jobs, label_archive
+from dshpm_jax._archive.flight import label_on
+from dshpm_jax._archive.workers import local_workers, workers_of
+
+MEMORY = 600 << 20  # bytes; a worker without jax takes a fifth of it
+
+MARKERS = ["LASI", "RASI", "SACR"]
+
+
+@contextmanager
+def planted(count):
+    with local_workers(count, MEMORY) as workers:
+        workers.client.register_plugin(PlantedFaults())
+        yield workers
+
+
+@pytest.fixture
+def archive(tmp_path):
+    folder = tmp_path / "archive"
+    folder.mkdir()
+    for k in range(8):
+        io.write_c3d(make_recording(20, seed=k), folder / f"{k}.c3d")
+    io.write_model(make_model(MARKERS), folder / "model.json")
+    return folder
+
+
+def run(archive, out, connect):
+    jobs = find_jobs([archive], (), out)
+    return {o.job.target.name: o for o in label_archive(jobs, Order(out, workers=2), label_on(connect))}
+
+
+def rows(out: Path) -> list[dict]:
+    return [json.loads(line) for line in (out / "manifest.jsonl").read_text().splitlines()]
+
+
+@pytest.mark.slow
+def test_deaths_cost_no_other_file(archive, tmp_path):
+    for name, rate in {"crash": CRASHES, "hog": EATS_MEMORY, "raises": RAISES}.items():
+        io.write_c3d(make_recording(20, rate=rate), archive / f"{name}.c3d")
+    outcomes = run(archive, tmp_path / "out", partial(planted, 2))
+    messages = {name: o.message for name, o in outcomes.items() if o.outcome == FAILED}
+    assert sorted(messages) == ["crash.c3d", "hog.c3d", "raises.c3d"]
+    for name in ("crash.c3d", "hog.c3d"):
+        assert f"{name}: killed its worker 2 times" in messages[name] and "0.6 GB" in messages[name]
+    assert messages["raises.c3d"].endswith("raises.c3d: RuntimeError: thirteen frames a second")
+    assert sorted(row["output"] for row in rows(tmp_path / "out")) == sorted(outcomes)
+    labelled = [name for name, o in outcomes.items() if o.outcome == LABELLED]
+    assert sorted(labelled) == [f"{k}.c3d" for k in range(8)]
+    assert all((tmp_path / "out" / name).exists() == (name in labelled) for name in outcomes)
+
+
+def test_no_worker_is_started_for_nothing(tmp_path):
+    @contextmanager
+    def never():
+        pytest.fail("there is nothing to do")
+        yield
+
+    (tmp_path / "archive").mkdir()
+    (tmp_path / "archive" / "walk.c3d").write_bytes(b"")
+    assert run(tmp_path / "archive", tmp_path / "out", never)["walk.c3d"].outcome == FAILED  # it has no model
+
+
+def test_schedulers_that_are_not_there(tmp_path):
+    (tmp_path / "scheduler.json").write_text("{}")
+    for address, file in ((None, tmp_path / "nowhere.json"), (None, tmp_path / "scheduler.json"), ("tcp://", None)):
+        with pytest.raises(UsageError), workers_of(address, file):
+            pass
+
+
+@pytest.mark.slow
+def test_workers_of_a_scheduler_that_runs(archive, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # they run in another folder
+    whole = run(Path("archive"), tmp_path / "whole", partial(planted, 1))
+    with planted(1) as workers:
+        address = workers.client.scheduler.address
+        monkeypatch.chdir(archive)
+        found = run(Path("."), Path("../out"), partial(workers_of, address, None))
+    assert {name: o.outcome for name, o in found.items()} == {name: o.outcome for name, o in whole.items()}
+    for path in (tmp_path / "whole").glob("*.c3d"):
+        assert (tmp_path / "out" / path.name).read_bytes() == path.read_bytes()
+    assert np.all([o.job.source == Path(o.job.target) for o in found.values()])
