@@ -4,8 +4,8 @@
 
 A labelled recording (by default a person of 49 markers made on the spot, with gaps and ghosts) is cut or repeated to
 each length. Loading is the time from the start of the page until its script has run and the first frame is drawn, in
-headless Chromium if there is one; a redraw is the mean of a hundred frames of the figure. On two busy CPU cores, without
-a graphics card; the second is a real recording of 52 markers, a tenth of its points missing and a tenth false:
+headless Chromium if there is one; a redraw is the mean of a hundred frames of the figure. On two busy CPU cores,
+without a graphics card; the second is a real recording of 52 markers, a tenth of its points missing and a tenth false:
 
     made on the spot
        600 frames  238 columns    0.32 MB  made in  0.31 s  loaded in 0.25 s  redraw 1.84 ms

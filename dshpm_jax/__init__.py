@@ -18,6 +18,7 @@ from dshpm_jax.io import write_labelled as write_labelled
 from dshpm_jax.io import write_model as write_model
 from dshpm_jax.io import write_sidecar as write_sidecar
 from dshpm_jax.report import view as view
+from dshpm_jax.report import view_frame as view_frame
 
 if TYPE_CHECKING:
     from dshpm_jax._check import Finding as Finding

@@ -17,6 +17,7 @@ from dshpm_jax._model_building import (
     build_segments,
     expected_spread,
     gather,
+    named_frame,
     pair_statistics,
     posed_clip,
 )
@@ -69,6 +70,31 @@ class SubjectModel:
         sources = tuple(recording.source.name for recording in recordings if recording.source)
         how = {"segments": segments, "template": template}
         return cls._from_clips(names, clips, [recording.rate for recording in recordings], sources, **how)
+
+    @classmethod
+    def from_frame(
+        cls,
+        recording: Recording,
+        frame: int,
+        names: Mapping[int, str],
+        segments: Mapping[str, Any] | None = None,
+        template: str | None = None,
+    ) -> "SubjectModel":
+        """A model from one frame of an unlabelled recording, as in the paper (section 5.1.1).
+
+        One frame shows no softness, so the spreads are those of markers in general.
+
+        Arguments:
+            recording: its columns need no names.
+            frame: which frame, from 0; one in which every marker is seen, in a clear pose.
+            names: the number of a point (its column, see `view_frame`) to the name of its marker; points that are not
+                named are left out.
+            segments, template: see `from_recordings`.
+
+        Raises:
+            ValueError: there is no such frame or point, a name is wrong, or the segments are.
+        """
+        return cls.from_recordings([named_frame(recording, frame, names)], segments, template)
 
     @classmethod
     def from_skeleton(cls, skeleton: Skeleton, source: str = "") -> "SubjectModel":

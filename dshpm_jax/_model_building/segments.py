@@ -125,7 +125,7 @@ def _nearest(found: dict[str, list[int]], marker: int, distance: np.ndarray) -> 
 
 def _from_mapping(segments: Mapping[str, Any], names: Sequence[str], statistics: PairStatistics) -> Plan:
     place = {name: i for i, name in enumerate(names)}
-    labels = {name: list(entry["markers"]) for name, entry in _entries(segments).items()}
+    labels = {name: list(entry["markers"]) for name, entry in segment_entries(segments).items()}
     unknown = sorted({label for found in labels.values() for label in found} - place.keys())
     if unknown:
         raise ValueError(
@@ -136,13 +136,13 @@ def _from_mapping(segments: Mapping[str, Any], names: Sequence[str], statistics:
         raise ValueError(f"no segment holds {_few(left)}; put every marker in at least one segment")
     markers = [sorted({place[label] for label in found}) for found in labels.values()]
     parents = _parents(markers, _nearest_tree(markers, names, statistics))
-    given = [entry.get("parent") for entry in _entries(segments).values()]
+    given = [entry.get("parent") for entry in segment_entries(segments).values()]
     if any(given):
         parents = _given_parents(list(labels), given)
     return Plan(list(labels), markers, parents)
 
 
-def _entries(segments: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
+def segment_entries(segments: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
     """The mapping with every value as `{"markers": [...], "parent": ...}`; a bare list is the markers."""
     entries = {}
     for name, entry in segments.items():

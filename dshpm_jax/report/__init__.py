@@ -2,3 +2,4 @@
 
 from dshpm_jax.report._view import Page as Page
 from dshpm_jax.report._view import view as view
+from dshpm_jax.report._view import view_frame as view_frame

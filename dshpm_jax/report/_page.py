@@ -15,10 +15,11 @@ GENERATOR = '<meta name="generator" content="dshpm-jax'
 HEAD_BYTES = 1000  # of a file, in which the generator stands if the page is ours
 
 
-def make_page(kind: str, title: str, data: Mapping[str, Any]) -> str:
-    """The page `kind` (`kind.html`, `kind.js` in this folder) over `data`, which its script finds as `DATA`.
+def make_page(kind: str, title: str, data: Mapping[str, Any], *more: str) -> str:
+    """The page `kind` (`kind.html`, `kind.js` in this folder) over `data`, which its scripts find as `DATA`.
 
-    Names go into the page as JSON and from there as text, never as HTML, so they may hold anything.
+    Scripts named in `more` run after its own. Names go into the page as JSON and from there as text, never as HTML, so
+    they may hold anything.
     """
     filled = {
         "GENERATOR": f'{GENERATOR} {version("dshpm-jax")}">',
@@ -26,7 +27,7 @@ def make_page(kind: str, title: str, data: Mapping[str, Any]) -> str:
         "STYLE": _part("page.css"),
         "BODY": _part(f"{kind}.html"),
         "DATA": _script_safe(data),
-        "SCRIPT": _part(f"{kind}.js"),
+        "SCRIPT": "\n".join(_part(f"{name}.js") for name in (kind, *more)),
     }
     pieces = _part("page.html").split("%%")  # text, name, text, name, ..., so that nothing filled in is filled again
     return "".join(filled[piece] if k % 2 else piece for k, piece in enumerate(pieces))

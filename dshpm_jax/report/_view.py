@@ -1,12 +1,16 @@
 """`view`: a labelled recording as one page in which it plays."""
 
 import html
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from dshpm_jax._labelling import Labelling
 from dshpm_jax._model import SubjectModel
+from dshpm_jax._model_building import named_frame, one_frame, segment_entries
 from dshpm_jax._recording import Recording
 from dshpm_jax.io import read, read_sidecar, sidecar, sidecar_path
 from dshpm_jax.report._film import make_film, parts_of_model
@@ -56,6 +60,41 @@ def view(what: Labelling | Recording | str | Path, model: SubjectModel | None = 
     source = what.recording.source if isinstance(what, Labelling) else recording.source
     title = name or (source.name if source else "recording")
     return Page(make_page("player", title, player_data(make_film(recording, sidecar, parts), title)))
+
+
+def view_frame(
+    recording: Recording,
+    frame: int = 0,
+    names: Mapping[int, str] | None = None,
+    segments: Mapping[str, Any] | None = None,
+    name: str | None = None,
+) -> Page:
+    """A page of one frame in which to find out which point is which marker: every point with its number.
+
+    A click on a point leads to a field for its name and segments; the page turns what is typed there into the `names`
+    and `segments` that `SubjectModel.from_frame` takes (section 5.1.1).
+
+    Arguments:
+        recording: its columns need no names.
+        frame: which frame, from 0.
+        names: what is named already: the number of a point (its column) to its marker.
+        segments: what is grouped already; see `SubjectModel.from_recordings`.
+        name: the title.
+
+    Raises:
+        ValueError: no point is seen in the frame, or a name or a number is wrong.
+    """
+    names = dict(names or {})
+    if names:
+        named_frame(recording, frame, names)  # raises where they are wrong
+    still = one_frame(recording, frame)
+    numbers = np.flatnonzero(still.present[0]).tolist()
+    labels = tuple(names.get(k, str(k)) for k in numbers)
+    shown = Recording(still.points[:, numbers], labels, recording.rate)
+    parts = {part: list(entry["markers"]) for part, entry in segment_entries(segments).items()} if segments else {}
+    title = name or f"frame {frame}"
+    data = player_data(make_film(shown, parts=parts), title) | {"numbers": numbers, "named": names}
+    return Page(make_page("player", title, data, "naming"))
 
 
 def _with_sidecar(what: Labelling | Recording | str | Path) -> tuple[Recording, dict[str, Any] | None]:

@@ -415,7 +415,7 @@ slider.oninput = () => show(+slider.value);
 element("play").onclick = () => play(!view.playing);
 for (const id of ["labels", "others", "follow"]) element(id).onchange = refresh;
 addEventListener("keydown", event => {
-  if (["INPUT", "SELECT"].includes(event.target.tagName) && event.target !== slider) return;
+  if (["INPUT", "SELECT", "TEXTAREA"].includes(event.target.tagName) && event.target !== slider) return;
   const far = event.shiftKey ? 10 : 1;
   const keys = {
     " ": () => play(!view.playing), ArrowLeft: () => show(view.frame - far), ArrowRight: () => show(view.frame + far),
@@ -462,7 +462,7 @@ element("about").textContent = `${names.length} labels, ${frames.toLocaleString(
   + `${(frames / rate).toFixed(1)} s at ${+rate.toFixed(2)} Hz`;
 fillLegend();
 matchMedia("(prefers-color-scheme: dark)").onchange = dress;
-new ResizeObserver(dress).observe(stage);
+new ResizeObserver(() => { dress(); draw(); }).observe(stage);
 addEventListener("hashchange", obey);
 dress();
 obey();

@@ -215,3 +215,29 @@ def test_a_browser_plays_it(tmp_path):
     )
     playing = shown(tmp_path / "walk.html", tmp_path / "profile", "#frame=100&play")
     assert "FAILED" not in playing and ">Pause<" in playing and ">frame 100 of" not in playing
+
+
+def test_a_frame_to_be_named():
+    recording = Recording(make_recording(20).points, ("", "*2", "", ""), 100.0)
+    frame = int(recording.present.sum(1).argmin())
+    seen = np.flatnonzero(recording.present[frame]).tolist()
+    data = data_of(dshpm_jax.view_frame(recording, frame, {seen[-1]: EVIL}, {"part": [EVIL]}).html)
+    assert data["numbers"] == seen and data["names"] == [*map(str, seen[:-1]), EVIL]
+    assert data["parts"][0]["columns"] == [len(seen) - 1] and data["frames"] == 1
+    with pytest.raises(ValueError, match="has frames 0 to 19"):
+        dshpm_jax.view_frame(recording, 20)
+    with pytest.raises(ValueError, match="several points are called A"):
+        dshpm_jax.view_frame(recording, frame, {seen[0]: "A", seen[1]: "A"})
+
+
+@needs_browser
+def test_a_browser_turns_names_into_python(tmp_path):
+    page = dshpm_jax.view_frame(make_recording(1), 0, {0: "LASI", 3: 'a "b"'}, {"pelvis": ["LASI", 'a "b"']})
+    told = "<script>document.title = answer.value.replaceAll('\\n', ' ')</script>"
+    (tmp_path / "still.html").write_text(page.html.replace("</body>", told + "</body>"))
+    found = shown(tmp_path / "still.html", tmp_path / "profile")
+    title = html.unescape(found.split("<title>")[1].split("</title>")[0])
+    assert "FAILED" not in found
+    assert (
+        " ".join(title.split()) == 'names = {0: "LASI", 3: "a \\"b\\""} segments = { "pelvis": ["LASI", "a \\"b\\""], }'
+    )
