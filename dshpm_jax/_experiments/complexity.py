@@ -25,7 +25,6 @@ def draw(plan: Plan, records: Records, path: Path) -> None:
     figure, ax = curves(plan, records, fits_of)
     ax.set_yscale("log")
     ax.set_ylabel("rigid fits (SVD-count)")
-    ax.legend(loc="best")
     save(figure, path)
 
 

@@ -17,7 +17,7 @@ from dshpm_jax.synthesis import add_ghosts, open_gaps
 FRACTIONS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
 METHODS: tuple[Method, ...] = ("paper", "full")
 MISSING, EXTRA = "missing", "extra"
-SIZE = (4.6, 3.3)  # inches
+SIZE = (4.6, 3.6)  # inches
 HEADER = ("markers", "kind", "fraction", "method", "trials")
 VALUES = ("trajectories", "rate", "low", "high", "precision", "seconds", "alone")
 
@@ -64,7 +64,6 @@ def draw(plan: Plan, records: Records, path: Path) -> None:
     """Rate against the fraction that is missing or extra, and the number of trajectories on the top axis."""
     figure, ax = curves(plan, records, rate_of, 100.0)
     ax.set(ylabel="identification rate (% of points)", ylim=(0, 103))
-    ax.legend(loc="lower right")
     save(figure, path)
 
 
@@ -88,6 +87,7 @@ def curves(
     ax.set_xticks(ticks, [f"{abs(t):.0f}" for t in ticks])
     ax.set_xlabel(r"missing $\leftarrow$    fraction of corrupted data (%)    $\rightarrow$ extra")
     _trajectories_on_top(ax, records, densities, ticks)
+    figure.legend(loc="outside lower center", ncols=len(METHODS), handlelength=3)
     return figure, ax
 
 
