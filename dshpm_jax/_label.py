@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 import numpy as np
 
 from dshpm_jax._control.methods import label_control
+from dshpm_jax._control.rescaling import rescale
 from dshpm_jax._driver import Driver
 from dshpm_jax._labelling import Labelling
 from dshpm_jax._model import SubjectModel
@@ -49,7 +50,7 @@ def label_many(
         models: one for all, or one for each recording; `combine_models` makes one of several subjects.
 
     Yields:
-        a `Labelling` for each recording, in order.
+        a `Labelling` for each recording, in order; with `Settings.rescale` its model is the rescaled one.
     """
     settings = Settings() if settings is None else settings
     driver = Driver() if driver is None else driver
@@ -59,6 +60,8 @@ def label_many(
     if len(models) != len(recordings):
         raise ValueError(f"{len(recordings)} recordings but {len(models)} models; give one for all or one for each")
     tracked = [_trajectories(recording, settings) for recording in recordings]
+    if settings.rescale:
+        models = list(driver.run(rescale(t, model, settings) for t, model in zip(tracked, models)))
     controls = (label_control(t, model, settings) for t, model in zip(tracked, models))
     for recording, model, t, found in zip(recordings, models, tracked, driver.run(controls)):
         identity, confidence, reason, stats = found

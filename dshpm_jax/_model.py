@@ -1,13 +1,13 @@
 """The subject's articulated marker model on the host."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
 
-from dshpm_jax._hierarchy import Segment
+from dshpm_jax._hierarchy import Segment, VirtualJoin
 from dshpm_jax._model_building import (
     POSED_SECONDS,
     Neighbourhood,
@@ -131,6 +131,39 @@ class SubjectModel:
             neighbourhoods=build_neighbourhoods(names, clips, statistics, loose="rigid" in segments),
             sources=sources,
         )
+
+    def scaled(self, factor: float, proportions: float = 0.0) -> "SubjectModel":
+        """The model of a body so many times as large, whose proportions may differ.
+
+        Arguments:
+            factor: on all lengths.
+            proportions: share of every distance by which it may differ on top; spreads grow by it.
+        """
+        mean = self.pair_mean * factor
+        return replace(
+            self,
+            segments=tuple(_scaled_segment(segment, factor) for segment in self.segments),
+            pair_mean=mean,
+            pair_spread=np.hypot(self.pair_spread * factor, proportions * mean),
+            pair_low=self.pair_low * factor,
+            pair_high=self.pair_high * factor,
+            neighbourhoods=tuple(_scaled_neighbourhood(near, factor, proportions) for near in self.neighbourhoods),
+        )
+
+
+def _scaled_segment(segment: Segment, factor: float) -> Segment:
+    join = segment.virtual_join
+    if join is not None:
+        join = VirtualJoin(join.in_parent * factor, join.in_segment * factor, join.spread * factor)
+    return replace(segment, shape=segment.shape * factor, virtual_join=join)
+
+
+def _scaled_neighbourhood(near: Neighbourhood, factor: float, proportions: float) -> Neighbourhood:
+    shape = near.shape * factor
+    slack = proportions * np.linalg.norm(shape[:-1] - shape[-1], axis=1)
+    further = float(np.sqrt(np.mean(slack**2))) if len(slack) else 0.0
+    softness = np.hypot(near.softness * factor, slack)
+    return replace(near, shape=shape, softness=softness, spread=float(np.hypot(near.spread * factor, further)))
 
 
 def pair_tolerance(

@@ -31,6 +31,7 @@ class Settings:
         spread_factor: pair tolerance of "full" is the root of the sum of squares of this factor times the learnt
             spread, `tolerance_floor`, and `tolerance_ratio` times the distance.
         tolerance_floor, tolerance_ratio: see `spread_factor`.
+        rescale: the model is another subject's of the same marker set; "full" first makes it fit each recording.
         min_confidence: "full" withholds labels that are less likely to be right than this.
         completeness: share of the model's markers, averaged over frames, under which a file counts as partly
             labelled.
@@ -52,12 +53,17 @@ class Settings:
     spread_factor: float = 1.5
     tolerance_floor: float = 4.0
     tolerance_ratio: float = 0.015
+    rescale: bool = False
     min_confidence: float = 0.7
     completeness: float = 0.5
 
     def __post_init__(self):
         if self.method not in ("full", "paper", "static"):
             raise ValueError(f'method is "full", "paper" or "static", not {self.method!r}')
+        if not isinstance(self.rescale, bool):
+            raise ValueError(f"rescale is true or false, not {self.rescale!r}")
+        if self.rescale and self.method != "full":
+            raise ValueError(f'only the method "full" rescales a model, not {self.method!r}')
         for name, (low, high) in _RANGES.items():
             value = getattr(self, name)
             if value is not None and not (isinstance(value, int | float) and low <= value <= high):

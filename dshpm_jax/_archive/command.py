@@ -35,6 +35,12 @@ def add_options(label: argparse.ArgumentParser) -> None:
     how.add_argument("--method", choices=("full", "paper", "static"), help="how to label (default: full)")
     how.add_argument("--settings", type=Path, metavar="FILE", help="TOML file with the method and its parameters")
     how.add_argument(
+        "--rescale",
+        action="store_true",
+        default=None,
+        help="the model is another subject's of the same marker set: make it fit each recording first (slow)",
+    )
+    how.add_argument(
         "--confidence", type=float, metavar="X", help="labels less likely to be right stay away (default: 0.7)"
     )
     how.add_argument(
@@ -120,7 +126,12 @@ def _say_what_is_due(jobs: Sequence[Job], order: Order) -> int:
 
 def _settings(arguments: argparse.Namespace) -> Settings:
     """Those of the file, and what else the command says."""
-    said = {"method": arguments.method, "completeness": arguments.completeness, "min_confidence": arguments.confidence}
+    said = {
+        "method": arguments.method,
+        "rescale": arguments.rescale,
+        "completeness": arguments.completeness,
+        "min_confidence": arguments.confidence,
+    }
     try:
         settings = Settings.from_toml(arguments.settings) if arguments.settings else Settings()
         settings = dataclasses.replace(settings, **{name: value for name, value in said.items() if value is not None})
