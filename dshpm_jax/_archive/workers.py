@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 MEMORY_SHARE = 0.9  # of the machine's memory, shared out among the workers
 CONNECT_SECONDS = 20
+MOST_STILLBORN = 5  # processes for each worker wanted that die while they start, before we give up
 _CONFIG = {
     # A batch whose worker dies comes back to us at once, and goes on file by file.
     "distributed.scheduler.allowed-failures": 0,
@@ -70,12 +71,16 @@ def local_workers(count: int, memory: int | None = None) -> Iterator[Workers]:
         specification = {
             k: {"cls": distributed.Nanny, "options": {**options, "env": _environment(k)}} for k in range(count)
         }
-        scheduler = {"cls": distributed.Scheduler, "options": {"host": "127.0.0.1", "dashboard": False}}
+        here = {"host": "127.0.0.1", "dashboard_address": "127.0.0.1:0", "dashboard": False}  # any port that is free
+        scheduler = {"cls": distributed.Scheduler, "options": here}
         with _interrupts_held():
-            cluster = distributed.SpecCluster(specification, scheduler, silence_logs=False)
+            cluster = distributed.SpecCluster(scheduler=scheduler, silence_logs=False)
         with cluster, distributed.Client(cluster) as client:
             client.register_plugin(_worker_setup(distributed, count))
-            yield Workers(client, lambda: cluster.scale(count), memory)
+            cluster.worker_spec.update(specification)
+            nursery = Nursery(cluster, count)
+            nursery.revive()
+            yield Workers(client, nursery.revive, memory)
 
 
 @contextmanager
@@ -96,6 +101,29 @@ def workers_of(address: str | None, file: Path | None) -> Iterator[Workers]:
         yield workers
 
 
+class Nursery:
+    """Starts the processes of a cluster, and those again that died while they started (others come back alone)."""
+
+    def __init__(self, cluster: Any, count: int):
+        self._cluster, self._count = cluster, count
+        self._stillborn = 0  # since there was a worker
+
+    def revive(self) -> None:
+        """Raises `UsageError` where no process will start."""
+        if self._cluster.scheduler_info["workers"]:
+            self._stillborn = 0
+        if self._stillborn > MOST_STILLBORN * self._count:
+            raise UsageError("no worker process starts here (see --log-file); label without --workers")
+        self._cluster.loop.add_callback(self._start_again)
+
+    def _start_again(self) -> None:
+        for name, nanny in list(self._cluster.workers.items()):
+            if nanny.status.name in ("closed", "failed"):
+                self._stillborn += 1
+                del self._cluster.workers[name]
+        self._cluster.scale(self._count)
+
+
 def _dask() -> tuple[Any, Any]:
     """Both modules; what they log goes where our own log goes."""
     try:
@@ -105,9 +133,10 @@ def _dask() -> tuple[Any, Any]:
     except ModuleNotFoundError as missing:
         remedy = "pip install 'dshpm-jax[cluster]'"
         raise UsageError(f"workers need dask.distributed, which is not here ({missing}); {remedy}") from None
-    logger = logging.getLogger("distributed")
-    logger.handlers = logging.getLogger("dshpm_jax").handlers or [logging.NullHandler()]
-    logger.propagate = False
+    for name in ("distributed", "tornado"):
+        logger = logging.getLogger(name)
+        logger.handlers = logging.getLogger("dshpm_jax").handlers or [logging.NullHandler()]
+        logger.propagate = False
     return dask, distributed
 
 

@@ -4,6 +4,7 @@ import json
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from planted_faults import CRASHES, EATS_MEMORY, RAISES, PlantedFaults
 from dshpm_jax import io
 from dshpm_jax._archive import FAILED, LABELLED, Order, UsageError, find_jobs, label_archive
 from dshpm_jax._archive.flight import label_on
-from dshpm_jax._archive.workers import local_workers, workers_of
+from dshpm_jax._archive.workers import MOST_STILLBORN, Nursery, local_workers, workers_of
 
 MEMORY = 600 << 20  # bytes; a worker without jax takes a fifth of it
 
@@ -60,6 +61,24 @@ def test_deaths_cost_no_other_file(archive, tmp_path):
     labelled = [name for name, o in outcomes.items() if o.outcome == LABELLED]
     assert sorted(labelled) == [f"{k}.c3d" for k in range(8)]
     assert all((tmp_path / "out" / name).exists() == (name in labelled) for name in outcomes)
+
+
+def test_processes_that_die_while_they_start_are_started_again():
+    """The cluster's own part is a stand-in: it starts what is missing from its workers when it is told to scale."""
+    stillborn = SimpleNamespace(status=SimpleNamespace(name="closed"))
+    alive = SimpleNamespace(status=SimpleNamespace(name="running"))
+    cluster = SimpleNamespace(workers={0: stillborn, 1: alive}, scheduler_info={"workers": {}}, scaled=[])
+    cluster.scale = cluster.scaled.append
+    cluster.loop = SimpleNamespace(add_callback=lambda function: function())
+    nursery = Nursery(cluster, 2)
+    nursery.revive()
+    assert list(cluster.workers) == [1] and cluster.scaled == [2]
+    with pytest.raises(UsageError, match="no worker process starts"):
+        for _ in range(2 * MOST_STILLBORN + 1):
+            cluster.workers[0] = stillborn
+            nursery.revive()
+    cluster.scheduler_info["workers"]["tcp://127.0.0.1:1"] = {}
+    nursery.revive()
 
 
 def test_no_worker_is_started_for_nothing(tmp_path):
