@@ -117,4 +117,4 @@ def _bar(total: int) -> Any:
         return None
     from tqdm import tqdm
 
-    return tqdm(total=total, unit="file", bar_format="{l_bar}{bar}| {n_fmt}/{total_fmt} files, {postfix}")
+    return tqdm(total=total, unit="file", bar_format="{l_bar}{bar}| {n_fmt}/{total_fmt} files{postfix}")

@@ -1,5 +1,7 @@
 """What people see of a run."""
 
+import sys
+from io import StringIO
 from pathlib import Path
 
 from dshpm_jax._archive.jobs import Job
@@ -25,3 +27,14 @@ def test_lines_of_status(tmp_path, capsys):
     assert lines[4] == f"{jobs[3].source}: up to date"
     assert lines[5] == f"2 of 4 recordings labelled, 1 partly labelled, 1 failed, results in {tmp_path}"
     assert not progress.all_labelled
+
+
+def test_a_bar_on_a_terminal(tmp_path, monkeypatch):
+    terminal = StringIO()
+    terminal.isatty = lambda: True
+    monkeypatch.setattr(sys, "stderr", terminal)
+    progress = Progress([Job(tmp_path / "walk.c3d", Path("walk.c3d"))])
+    progress.take(Outcome(Job(tmp_path / "walk.c3d", Path("walk.c3d")), FAILED, "walk.c3d: it is gone"))
+    progress.end(tmp_path)
+    assert "1/1 files, 0 labelled, 0 partly labelled, 1 failed" in terminal.getvalue()
+    assert "dshpm-jax: walk.c3d: it is gone\n" in terminal.getvalue()
