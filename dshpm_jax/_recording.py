@@ -7,7 +7,9 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool, Float
 
-UNLABELLED = re.compile(r"(\*\d*|U_?\d+|[Uu]nlabel+ed.*|uname.*|M\d{3,}|C_\d+|x\d{2,}|)")
+UNLABELLED = re.compile(
+    r"(\*\d*|U_?\d+|[Uu]nlabel+ed.*|[Uu]nidentified.*|New \d+|uname.*|M\d{3,}|C_\d+|x\d{2,}|\d+ \d+|)"
+)
 """Names that capture systems give to columns that nobody has named (matched in full)."""
 
 
@@ -18,7 +20,8 @@ def is_unlabelled(label: str) -> bool:
 
 def bare_label(label: str) -> str:
     """`label` without the subject's prefix that some systems put before a colon (`Nick01:LASI`)."""
-    return label.rsplit(":", 1)[-1].strip()
+    label = label.strip()
+    return label if is_unlabelled(label) else label.rsplit(":", 1)[-1].strip()
 
 
 @dataclass(frozen=True, eq=False)

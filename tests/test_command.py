@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from making import make_labelling, make_model, make_recording
+from text_files import FILES
 
 from dshpm_jax import Recording, io
 from dshpm_jax.__main__ import main
@@ -118,6 +119,23 @@ def test_shards(folder, capsys, labeller):
         assert (status, err) == (0, "")
         counts.append(int(out.splitlines()[-1].split()[0]))
     assert sum(counts) == 6 == len(list((folder / "out").glob("*.c3d"))) and min(counts) > 0
+
+
+def test_results_in_the_format_of_their_recordings(folder, capsys, labeller):
+    for name, content in FILES.items():
+        (folder / "captures" / name).parent.mkdir(exist_ok=True)
+        (folder / "captures" / name).write_text(content)
+    (folder / "captures" / "walk.c3d").write_bytes((folder / "walk.c3d").read_bytes())
+    (folder / "captures" / "summary.csv").write_text("no,recording\n1,2\n")
+    order = ("label", "captures", "--model", "model.json", "-o", "out", "--completeness", "0.1")
+    status, out, err = command(capsys, *order, "--format", "same")
+    assert (status, err) == (0, "") and f"{len(FILES) + 1} of {len(FILES) + 1} recordings labelled" in out
+    for name in [*FILES, "walk.c3d"]:
+        assert io.read(folder / "out" / name).labels[:3] == tuple(MARKERS)
+    status, out, err = command(capsys, *order[:4], "-o", "all-c3d", "--completeness", "0.1")
+    assert (
+        status == 0 and (folder / "all-c3d" / "vicon.c3d").exists() and not (folder / "all-c3d" / "vicon.csv").exists()
+    )
 
 
 def test_settings_file(folder, capsys, labeller):

@@ -31,6 +31,9 @@ def add_options(label: argparse.ArgumentParser) -> None:
         metavar="MODEL",
         help="once for each subject; otherwise the nearest model.json of each file",
     )
+    label.add_argument(
+        "--format", choices=("c3d", "same"), default="c3d", help="of the results: C3D, or that of each recording"
+    )
     how = label.add_argument_group("how to label")
     how.add_argument("--method", choices=("full", "paper", "static"), help="how to label (default: full)")
     how.add_argument("--settings", type=Path, metavar="FILE", help="TOML file with the method and its parameters")
@@ -68,7 +71,7 @@ def run(arguments: argparse.Namespace) -> int:
             raise UsageError(f"{model}: there is no such model; make one with 'dshpm-jax model'")
     if arguments.shard and (arguments.scheduler or arguments.scheduler_file):
         raise UsageError("--shard: the workers of a scheduler share out all files themselves; leave one of them out")
-    jobs = find_jobs(arguments.inputs, arguments.model, arguments.out)
+    jobs = find_jobs(arguments.inputs, arguments.model, arguments.out, arguments.format == "same")
     order = Order(arguments.out, settings, arguments.force, arguments.shard, arguments.workers or 1)
     if order.shard:
         jobs = in_shard(jobs, order.shard)

@@ -39,12 +39,13 @@ class Job:
         return self.target.with_name(f"{self.target.stem}.labels.json")
 
 
-def find_jobs(inputs: Sequence[Path], models: Sequence[Path], out: Path) -> list[Job]:
+def find_jobs(inputs: Sequence[Path], models: Sequence[Path], out: Path, same_format: bool = False) -> list[Job]:
     """Every recording of `inputs`, files or folders (searched recursively), in the order of their names.
 
     A recording shows the subjects of `models`, or else that of the nearest `model.json` in its folder or above, up to
     the input given.
-    Results keep their places relative to the input folder. `out` itself is not searched.
+    Results keep their places relative to the input folder, and are C3D, or what their recording is if `same_format`.
+    `out` itself is not searched.
     """
     if out.exists() and not out.is_dir():
         raise UsageError(f"{out}: is a file; give a folder for the results")
@@ -53,6 +54,8 @@ def find_jobs(inputs: Sequence[Path], models: Sequence[Path], out: Path) -> list
             raise UsageError(f"{out}: is an input; give another folder for the results, inside it if you like")
     subjects(models)
     jobs = [job for given in inputs for job in _jobs_of(given, tuple(models), out)]
+    if same_format:
+        jobs = [dataclasses.replace(job, target=job.target.with_suffix(job.source.suffix)) for job in jobs]
     jobs = _without_clashes(list({job.source.resolve(): job for job in jobs}.values()))
     originals = {job.source.resolve() for job in jobs}
     for job in jobs:
@@ -106,7 +109,7 @@ def _recordings(folder: Path, out: Path, closed: list[OSError]) -> Iterator[Path
     for here, folders, files in os.walk(folder, onerror=closed.append):
         folders[:] = sorted(f for f in folders if not f.startswith(".") and (Path(here) / f).resolve() != out)
         for name in sorted(files):
-            if Path(name).suffix.lower() in io.SUFFIXES and not name.startswith("."):
+            if not name.startswith(".") and io.may_be_recording(Path(here) / name):
                 yield Path(here) / name
 
 

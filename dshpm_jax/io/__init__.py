@@ -11,6 +11,7 @@ from dshpm_jax.io._model_file import is_model as is_model
 from dshpm_jax.io._model_file import read_model as read_model
 from dshpm_jax.io._model_file import write_model as write_model
 from dshpm_jax.io._read import SUFFIXES as SUFFIXES
+from dshpm_jax.io._read import may_be_recording as may_be_recording
 from dshpm_jax.io._read import read as read
 from dshpm_jax.io._segments_file import read_segments as read_segments
 from dshpm_jax.io._sidecar import read_sidecar as read_sidecar

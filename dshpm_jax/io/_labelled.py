@@ -1,4 +1,4 @@
-"""A labelling as a C3D file: labels and the order of columns change, and nothing else."""
+"""A labelling as a file: labels and the order of columns change, and nothing else."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -9,21 +9,27 @@ from jaxtyping import Int
 from dshpm_jax._labelling import Labelling
 from dshpm_jax._recording import Recording
 from dshpm_jax._types import NO_MATCH
+from dshpm_jax.io._atomic import write_whole
 from dshpm_jax.io._c3d import fresh_layout, raw_labels, recording_of
 from dshpm_jax.io._c3d_format import C3dFile, missing_record, read_layout, write_layout
 from dshpm_jax.io._c3d_parameters import INT, Parameter, integers, text_parameters, with_parameters
 from dshpm_jax.io._errors import WriteError
+from dshpm_jax.io._text import TABLES, text_table
+from dshpm_jax.io._text_table import encoded, rearranged_lines, recording_of_table
 
 
 def write_labelled(labelling: Labelling, path: str | Path) -> None:
-    """Writes the recording with its labels as C3D.
+    """Writes the recording with its labels as C3D, or in the format of the file that it came from.
 
     First the model's markers in the model's order (one that was never found is a column without points), then what
     stayed unlabelled as `*1`, `*2`, ..., a column for each source column that has any left, then the model outputs
     of the source file. Points keep their coordinates, residuals and camera masks bit by bit; analog samples,
     events, rates and all other parameters come from the source file as they are. A recording that came from no C3D
-    file makes a fresh one.
+    file makes a fresh one. The ending of `path` says which format; in text files numbers stay as they are spelt.
     """
+    if Path(path).suffix.lower() in TABLES:
+        _write_text(labelling, Path(path))
+        return
     recording = labelling.recording
     file, columns = source_layout(recording)
     found, left = _marker_columns(labelling, columns), _unlabelled_columns(labelling, columns)
@@ -32,15 +38,31 @@ def write_labelled(labelling: Labelling, path: str | Path) -> None:
     write_layout(_rearranged(file, source.astype(int), _names(labelling, file, left.shape[1], outputs)), Path(path))
 
 
+def _write_text(labelling: Labelling, path: Path) -> None:
+    recording = labelling.recording
+    if recording.source is None or recording.source.suffix.lower() != path.suffix.lower():
+        remedy = "give a name that ends in .c3d"
+        raise WriteError(path, "text is written only in the format that the recording was read in", remedy)
+    table = text_table(recording.source)
+    _check_unchanged(recording_of_table(table), recording, recording.source)
+    found, left = _marker_columns(labelling, recording.columns), _unlabelled_columns(labelling, recording.columns)
+    names = [*labelling.model.markers, *(f"*{k + 1}" for k in range(left.shape[1]))]
+    lines = rearranged_lines(table, np.concatenate([found, left], axis=1).astype(int), names, recording.present)
+    write_whole(path, encoded(lines, table.file))
+
+
+def _check_unchanged(now: Recording, recording: Recording, source: Path) -> None:
+    if now.columns != recording.columns or not np.array_equal(now.points, recording.points, equal_nan=True):
+        remedy = "label it again, or set the recording's source to None to write the points in memory"
+        raise WriteError(source, "the file has other points than the recording that was labelled", remedy)
+
+
 def source_layout(recording: Recording) -> tuple[C3dFile, tuple[int, ...]]:
     """The file to take records from, and the column in it of each column of `recording`."""
     if recording.source is None or recording.source.suffix.lower() != ".c3d":
         return fresh_layout(recording), tuple(range(recording.points.shape[1]))
     file = read_layout(recording.source)
-    now = recording_of(file, recording.source)
-    if now.columns != recording.columns or not np.array_equal(now.points, recording.points, equal_nan=True):
-        remedy = "label it again, or set the recording's source to None to write the points in memory"
-        raise WriteError(recording.source, "the file has other points than the recording that was labelled", remedy)
+    _check_unchanged(recording_of(file, recording.source), recording, recording.source)
     return file, recording.columns
 
 

@@ -5,9 +5,10 @@ from pathlib import Path
 from dshpm_jax._recording import Recording
 from dshpm_jax.io._c3d import read_c3d
 from dshpm_jax.io._errors import ReadError
-from dshpm_jax.io._trc import read_trc
+from dshpm_jax.io._text import TABLES, looks_like_recording, read_text
 
-_READERS = {".c3d": read_c3d, ".trc": read_trc}
+_READERS = {".c3d": read_c3d, **dict.fromkeys(TABLES, read_text)}
+_OFTEN_SOMETHING_ELSE = (".csv", ".tsv")
 
 SUFFIXES = tuple(_READERS)
 """Endings (in lower case) of the files that `read` reads."""
@@ -22,3 +23,9 @@ def read(path: str | Path) -> Recording:
     if not path.is_file():
         raise ReadError(path, "is a folder" if path.is_dir() else "there is no such file", "check the path")
     return reader(path)
+
+
+def may_be_recording(path: Path) -> bool:
+    """Whether a search takes `path` for a recording: by its ending, and by its content where that is a common one."""
+    suffix = path.suffix.lower()
+    return suffix in SUFFIXES and (suffix not in _OFTEN_SOMETHING_ELSE or looks_like_recording(path))

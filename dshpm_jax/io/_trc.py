@@ -1,72 +1,83 @@
-"""TRC text files (Motion Analysis, OpenSim) to recordings."""
+"""TRC text files (Motion Analysis, OpenSim): lines of keys and values, labels, axes, then the frames."""
 
 import re
-from pathlib import Path
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
-import numpy as np
-from jaxtyping import Float
-
-from dshpm_jax._recording import Recording
-from dshpm_jax.io._c3d import bare_labels
 from dshpm_jax.io._errors import ReadError
-from dshpm_jax.io._units import MILLIMETRES, length_unit
+from dshpm_jax.io._text_table import TextLines, TextTable, end_of_rows, join, split
+from dshpm_jax.io._units import length_unit
 
 _AXES_ROW = re.compile(r"\s*X1\b", re.IGNORECASE)
+_LEAD = 2  # the number of the frame and the time
 
 
-def read_trc(path: Path) -> Recording:
+@dataclass(frozen=True)
+class TrcTable(TextTable):
+    """A TRC file; `keys_at` is the row that starts with DataRate, `labels_at` the one that starts with Frame#."""
+
+    keys_at: int = 0
+    labels_at: int = 0
+
+    def file_width(self) -> int:
+        return _LEAD + 3 * len(self.labels)
+
+    def head(self, names: Sequence[str], origins: Sequence[int | None], order: Sequence[int | None]) -> Iterator[str]:
+        for k, line in enumerate(self.file.lines[: self.rows[0]]):
+            cells = _cells(line)
+            if k == self.keys_at + 1:
+                keys = [key.lower() for key in _cells(self.file.lines[self.keys_at])]
+                counted = [str(len(names)) if key == "nummarkers" else cell for key, cell in zip(keys, cells)]
+                yield join([*counted, *cells[len(keys) :]], "\t")
+            elif k == self.labels_at:
+                yield join([*cells[:_LEAD], *(cell for name in names for cell in (name, "", ""))], "\t")
+            elif _AXES_ROW.match(line):
+                yield join(["", "", *(f"{axis}{n + 1}" for n in range(len(names)) for axis in "XYZ")], "\t")
+            else:
+                yield line
+
+
+def trc_table(file: TextLines) -> TrcTable:
     """The markers of a TRC file."""
-    lines = _lines(path)
+    lines, path = file.lines, file.path
     labels_at = next((k for k, line in enumerate(lines) if line.lower().startswith("frame#")), None)
+    keys_at = next((k for k, line in enumerate(lines) if line.lower().startswith("datarate")), None)
     if labels_at is None or labels_at < 2:
-        raise ReadError(path, "this is no TRC file (it has no 'Frame#' row)", "give a C3D or TRC file")
-    header = _header(lines[:labels_at])
+        raise ReadError(path, "this is no TRC file (it has no 'Frame#' row)", "give a C3D, TRC, CSV or TSV file")
+    header = {} if keys_at is None else _header(lines[keys_at:labels_at][:2])
     labels = _labels(_cells(lines[labels_at]))
-    if not labels:
-        raise ReadError(path, "it holds no points", "export it with its trajectories")
-    rate = _number(header, "datarate", path)
-    if not (np.isfinite(rate) and rate > 0):
-        raise ReadError(path, f"its DataRate is {rate:g} frames a second", "set it in the file's third line")
-    unit = length_unit(header.get("units", ""), path)
-    points = _positions(lines, labels_at + 1, len(labels), path) * MILLIMETRES[unit]
-    announced = _number(header, "numframes", path) if header.get("numframes") else len(points)
-    if len(points) < announced:
-        wrong = f"it announces {announced:g} frames and ends after {len(points)} (truncated)"
-        raise ReadError(path, wrong, "copy or export it again, or correct NumFrames")
-    if not len(points):
-        raise ReadError(path, "it holds no frames", "export it again")
-    points[(points == 0).all(-1) | ~np.isfinite(points).all(-1)] = np.nan
-    if not np.isfinite(points).any():
-        raise ReadError(path, "not one point was seen in any frame", "export it with its trajectories")
-    return Recording(points, bare_labels(labels, path), rate, unit, path)
-
-
-def _lines(path: Path) -> list[str]:
-    try:
-        text = path.read_bytes().decode("utf-8-sig", "replace")
-    except OSError as error:
-        raise ReadError(path, f"cannot be read ({error.strerror})", "check the path and its permissions") from None
-    if not text.strip():
-        raise ReadError(path, "the file is empty", "export it again")
-    return text.splitlines()
+    begin = labels_at + 1
+    while begin < len(lines) and (not lines[begin].strip() or _AXES_ROW.match(lines[begin])):
+        begin += 1
+    return TrcTable(
+        file,
+        (begin, max(begin, end_of_rows(lines))),
+        "\t" if any("\t" in line for line in lines[begin : begin + 1]) else "",
+        tuple(labels),
+        tuple(_LEAD + 3 * k for k in range(len(labels))),
+        _number(header, "datarate", file),
+        length_unit(header.get("units", ""), path),
+        _number(header, "numframes", file) if header.get("numframes") else None,
+        keys_at=keys_at or 0,
+        labels_at=labels_at,
+    )
 
 
 def _cells(line: str) -> list[str]:
     """The cells of a row, parted by tabs, or by blanks in files that have no tab at all."""
-    return [cell.strip() for cell in line.split("\t")] if "\t" in line else line.split()
+    return split(line, "\t" if "\t" in line else "")
 
 
-def _header(lines: list[str]) -> dict[str, str]:
+def _header(rows: Sequence[str]) -> dict[str, str]:
     """Keys (in lower case) and values: the row that starts with DataRate and the one below it."""
-    for keys, values in zip(lines, lines[1:], strict=False):
-        if keys.lower().startswith("datarate"):
-            return dict(zip((key.lower() for key in _cells(keys)), _cells(values), strict=False))
-    return {}
+    if len(rows) < 2:
+        return {}
+    return dict(zip((key.lower() for key in _cells(rows[0])), _cells(rows[1]), strict=False))
 
 
 def _labels(cells: list[str]) -> list[str]:
     """The labels stand over the first of three columns each; an empty one is a point without a name."""
-    cells = cells[2:]
+    cells = cells[_LEAD:]
     while cells and not cells[-1]:
         cells.pop()
     thirds = cells[0::3]
@@ -75,28 +86,10 @@ def _labels(cells: list[str]) -> list[str]:
     return thirds
 
 
-def _number(header: dict[str, str], key: str, path: Path) -> float:
+def _number(header: dict[str, str], key: str, file: TextLines) -> float:
     try:
         return float(header[key])
     except (KeyError, ValueError):
         found = f"is '{header[key]}'" if key in header else "is not there"
-        raise ReadError(
-            path, f"the number {key} of its header {found}", "set it in the second and third line"
-        ) from None
-
-
-def _positions(lines: list[str], start: int, width: int, path: Path) -> Float[np.ndarray, "frames points 3"]:
-    """Rows of a frame number, a time and three coordinates a point; what is empty or cut off is missing."""
-    rows = []
-    for k, line in enumerate(lines[start:], start + 1):
-        if not line.strip() or (not rows and _AXES_ROW.match(line)):
-            continue
-        cells = _cells(line)[2:]
-        if any(cells[3 * width :]):
-            raise ReadError(path, f"line {k} has more numbers than its {width} labels need", "export it again")
-        try:
-            row = [float(cell) if cell else np.nan for cell in cells[: 3 * width]]
-        except ValueError:
-            raise ReadError(path, f"line {k} holds something that is no number", "export it again") from None
-        rows.append(row + [np.nan] * (3 * width - len(row)))
-    return np.array(rows, dtype=np.float64).reshape(-1, width, 3)
+        wrong = f"the number {key} of its header {found}"
+        raise ReadError(file.path, wrong, "set it in the second and third line") from None

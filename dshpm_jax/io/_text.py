@@ -1,0 +1,46 @@
+"""Text files of all programs that we know: which one wrote a file, and what it holds."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+from dshpm_jax._recording import Recording
+from dshpm_jax.io._errors import ReadError
+from dshpm_jax.io._motive_csv import is_motive, motive_table
+from dshpm_jax.io._qtm_tsv import qtm_table
+from dshpm_jax.io._text_table import TextLines, TextTable, read_lines, recording_of_table
+from dshpm_jax.io._trc import trc_table
+from dshpm_jax.io._vicon_csv import is_vicon, vicon_table
+
+_FOREIGN = re.compile(rb"(?mi)^[\s\",;]*(trajectories|format version|MARKER_NAMES\b)")
+
+
+def read_text(path: Path) -> Recording:
+    """The markers of a text file."""
+    return recording_of_table(text_table(path))
+
+
+def text_table(path: Path) -> TextTable:
+    """A text file as a table; its ending, or where that says too little its content, says what it is."""
+    return TABLES[path.suffix.lower()](read_lines(path))
+
+
+def looks_like_recording(path: Path) -> bool:
+    """Whether a file that may be anything, a `.csv` say, says somewhere that it holds trajectories."""
+    try:
+        return _FOREIGN.search(path.read_bytes()) is not None
+    except OSError:
+        return True  # whoever reads it says why it cannot be read
+
+
+def _csv_table(file: TextLines) -> TextTable:
+    if is_motive(file):
+        return motive_table(file)
+    if is_vicon(file):
+        return vicon_table(file)
+    wrong = "this is a CSV file neither of Vicon (no 'Trajectories') nor of Motive (no 'Format Version')"
+    raise ReadError(file.path, wrong, "export trajectories, or C3D")
+
+
+TABLES: dict[str, Callable[[TextLines], TextTable]] = {".trc": trc_table, ".csv": _csv_table, ".tsv": qtm_table}
+"""What makes a table of a file with each ending."""

@@ -1,0 +1,224 @@
+"""Recordings as text: a row a frame, three cells a point, below a head that each program writes in its own way.
+
+A table keeps its file's lines as they are, so that whoever writes it again with other labels changes nothing else: no
+number is read and printed, cells move as text.
+"""
+
+import abc
+import csv
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from io import StringIO
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from dshpm_jax._recording import Recording
+from dshpm_jax.io._c3d import bare_labels
+from dshpm_jax.io._errors import ReadError
+from dshpm_jax.io._units import MILLIMETRES
+
+_BOM = b"\xef\xbb\xbf"
+
+
+@dataclass(frozen=True)
+class TextLines:
+    """A text file, line by line.
+
+    Attributes:
+        lines: without their ends.
+        encoding: "utf-8-sig" where the file begins with a mark, "utf-8", or "latin-1" where it is neither.
+        end: what the lines end with.
+    """
+
+    path: Path
+    lines: Sequence[str]
+    encoding: str
+    end: str
+
+
+@dataclass(frozen=True)
+class TextTable(abc.ABC):
+    """A recording as its text file has it.
+
+    Attributes:
+        file: the lines of the whole file.
+        rows: the first line with a frame, and the first one behind the last.
+        delimiter: between cells; empty for any number of blanks.
+        labels: of all points, as the file has them.
+        columns: the first cell of each point's three.
+        rate: frames a second.
+        unit: the file's length unit.
+        announced: how many frames the file says that it has, if it does.
+        numbered: whether the first cell of a row is the number of its frame.
+    """
+
+    file: TextLines
+    rows: tuple[int, int]
+    delimiter: str
+    labels: tuple[str, ...]
+    columns: tuple[int, ...]
+    rate: float
+    unit: str
+    announced: float | None = None
+    numbered: bool = True
+
+    @abc.abstractmethod
+    def head(self, names: Sequence[str], origins: Sequence[int | None], order: Sequence[int | None]) -> Iterator[str]:
+        """The lines before the first frame, for other points in other columns.
+
+        Arguments:
+            names: new labels.
+            origins: for each the point of this table that it is throughout, if there is one.
+            order: for each cell of the new rows the cell of the old head that stands over it; None over new points.
+        """
+
+    @abc.abstractmethod
+    def file_width(self) -> int:
+        """How many cells the head gives a row; more are none of this table's."""
+
+    def frames(self) -> Iterator[tuple[int, list[str]]]:
+        """Number of the line (from 1) and cells of every row that is not empty."""
+        for k in range(*self.rows):
+            if self.file.lines[k].strip(" \t,;"):
+                yield k + 1, split(self.file.lines[k], self.delimiter)
+
+    def first_frame(self) -> int:
+        """The number that the file gives its first frame; 1 where it gives none."""
+        cells = next((cells for _, cells in self.frames()), [""])
+        number = cells[0].strip().removesuffix(".0")
+        return int(number) if self.numbered and number.isdecimal() else 1
+
+
+def read_lines(path: Path) -> TextLines:
+    """The lines of a text file; raises `ReadError` where it cannot be read or is empty."""
+    try:
+        raw = path.read_bytes()
+    except OSError as error:
+        raise ReadError(path, f"cannot be read ({error.strerror})", "check the path and its permissions") from None
+    if not raw.strip():
+        raise ReadError(path, "the file is empty", "export it again")
+    encoding = "utf-8-sig" if raw.startswith(_BOM) else "utf-8"
+    try:
+        text = raw.decode(encoding)
+    except UnicodeDecodeError:
+        encoding, text = "latin-1", raw.decode("latin-1")
+    end = "\r\n" if "\r\n" in text else "\n" if "\n" in text else "\r"
+    return TextLines(
+        path, [line.removesuffix("\r") for line in text.split("\n" if "\n" in text else "\r")], encoding, end
+    )
+
+
+def end_of_rows(lines: Sequence[str]) -> int:
+    """The line behind the last one that is not empty."""
+    return next((k + 1 for k in range(len(lines) - 1, -1, -1) if lines[k].strip(" \t,;")), 0)
+
+
+def split(line: str, delimiter: str) -> list[str]:
+    """The cells of a line, without blanks around them."""
+    if not delimiter:
+        return line.split()
+    if '"' not in line:
+        return [cell.strip() for cell in line.split(delimiter)]
+    return [cell.strip() for cell in next(csv.reader([line.replace("\0", "")], delimiter=delimiter), [])]
+
+
+def join(cells: Sequence[str], delimiter: str) -> str:
+    """A line of cells; what would fall apart again is quoted."""
+    if not any(delimiter in cell or '"' in cell for cell in cells):
+        return delimiter.join(cells)
+    text = StringIO()
+    csv.writer(text, delimiter=delimiter, lineterminator="").writerow(cells)
+    return text.getvalue()
+
+
+def recording_of_table(table: TextTable) -> Recording:
+    """The recording that a table holds."""
+    path = table.file.path
+    if not table.labels:
+        raise ReadError(path, "it holds no points", "export it with its trajectories")
+    if not (np.isfinite(table.rate) and table.rate > 0):
+        raise ReadError(path, f"its rate is {table.rate:g} frames a second", "set it in the head of the file")
+    points = _positions(table)
+    if table.announced is not None and len(points) < table.announced:
+        wrong = f"it announces {table.announced:g} frames and ends after {len(points)} (truncated)"
+        raise ReadError(path, wrong, "copy or export it again, or correct the number of frames")
+    if not len(points):
+        raise ReadError(path, "it holds no frames", "export it again")
+    points[(points == 0).all(-1) | ~np.isfinite(points).all(-1)] = np.nan
+    if not np.isfinite(points).any():
+        raise ReadError(path, "not one point was seen in any frame", "export it with its trajectories")
+    return Recording(
+        points * MILLIMETRES[table.unit], bare_labels(list(table.labels), path), table.rate, table.unit, path
+    )
+
+
+def _positions(table: TextTable) -> Float[np.ndarray, "frames points 3"]:
+    """Coordinates in the file's unit; a cell that is empty or cut off is NaN."""
+    cells_of = [c + k for c in table.columns for k in range(3)]
+    width, most = max(cells_of) + 1, table.file_width()
+    comma = table.delimiter == ";"  # where cells are parted by semicolons, numbers may have a comma
+    rows = []
+    for line, cells in table.frames():
+        if len(cells) < width:
+            cells = cells + [""] * (width - len(cells))
+        elif any(cells[most:]):
+            wrong = f"line {line} has more numbers than its {len(table.labels)} labels need"
+            raise ReadError(table.file.path, wrong, "export it again")
+        try:
+            rows.append([_number(cells[c], comma) for c in cells_of])
+        except ValueError:
+            raise ReadError(
+                table.file.path, f"line {line} holds something that is no number", "export it again"
+            ) from None
+    return np.array(rows, dtype=np.float64).reshape(-1, len(table.columns), 3)
+
+
+def _number(cell: str, comma: bool) -> float:
+    return (float(cell.replace(",", ".")) if comma else float(cell)) if cell else np.nan
+
+
+def rearranged_lines(
+    table: TextTable, source: Int[np.ndarray, "frames columns"], names: Sequence[str], present: Bool[np.ndarray, "..."]
+) -> Iterator[str]:
+    """The lines of the file with column `k` taken from point `source[t, k]` of frame `t` and named `names[k]`.
+
+    A negative source leaves the cells empty, or as the file spells a gap where the column is one point's throughout.
+    Cells that belong to no point come along, behind the points.
+
+    Arguments:
+        present: where the points of the table are seen, as (frames, points).
+    """
+    origins = [_only(column) for column in source.T]
+    for column, point in zip(source.T, origins):
+        if point is not None:
+            column[(column < 0) & ~present[:, point]] = point
+    width = table.file_width()
+    points = {c + k for c in table.columns for k in range(3)}
+    lead = min(points)
+    others = [c for c in range(lead, width) if c not in points]
+    order: list[int | None] = [*range(lead), *[None] * (3 * len(names)), *others]
+    delimiter = table.delimiter or "\t"
+    yield from table.head(names, origins, order)
+    for (_, cells), row in zip(table.frames(), source, strict=True):
+        cells = cells + [""] * (width - len(cells))
+        moved = [cells[table.columns[p] + k] if p >= 0 else "" for p in row for k in range(3)]
+        yield join([*cells[:lead], *moved, *(cells[c] for c in others)], delimiter)
+    yield from table.file.lines[table.rows[1] :]
+
+
+def _only(column: Int[np.ndarray, " frames"]) -> int | None:
+    """The point that a new column comes from, if it is one alone."""
+    found = np.unique(column[column >= 0])
+    return int(found[0]) if len(found) == 1 else None
+
+
+def encoded(lines: Iterator[str], file: TextLines) -> Iterator[bytes]:
+    """Lines as `file` would hold them, ends and mark included; its last line had no end."""
+    encoding = file.encoding.removesuffix("-sig")
+    yield _BOM if file.encoding != encoding else b""
+    before = ""
+    for line in lines:
+        yield (before + line).encode(encoding, "replace")
+        before = file.end
