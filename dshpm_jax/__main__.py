@@ -55,7 +55,7 @@ def _parser() -> argparse.ArgumentParser:
     label.set_defaults(run=command.run)
 
     check = commands.add_parser("check", help="audits the labels that recordings have")
-    check.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING", help="labelled C3D or TRC file")
+    check.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING", help="labelled recording")
     check.add_argument("--model", type=Path, required=True, metavar="MODEL", help="model of the subject")
     check.add_argument("--json", type=Path, metavar="FILE", help="write what was found there too")
     check.set_defaults(run=_check)

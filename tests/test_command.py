@@ -220,7 +220,7 @@ def test_a_rate_of_zero(folder, capsys):
     (folder / "bad.trc").write_text("PathFileType\nDataRate\tUnits\n0\tmm\nFrame#\tTime\tA\n\n1\t0\t1\t2\t3\n")
     for order in (["label", "bad.trc", "-o", "out"], ["model", "bad.trc", "-o", "new.json"]):
         status, _, err = command(capsys, *order)
-        assert status == 1 and "bad.trc: its DataRate is 0" in err and err.count("\n") == 1
+        assert status == 1 and "bad.trc: its rate is 0" in err and err.count("\n") == 1
 
 
 def test_a_folder_without_recordings(folder, capsys):
