@@ -87,14 +87,14 @@ def _by_key(key: np.ndarray) -> list[np.ndarray]:
 
 def _overlaps(members: np.ndarray, start: np.ndarray, stop: np.ndarray) -> list[np.ndarray]:
     """Maximal sets of intervals that share a frame: those alive when an interval begins, the largest of each run."""
-    groups: list[np.ndarray] = []
-    for first in np.unique(start):
-        alive = np.flatnonzero((start <= first) & (first < stop))
-        if len(alive) > 1:
-            if groups and set(groups[-1]) <= set(members[alive]):
-                groups.pop()
-            groups.append(members[alive])
-    return groups
+    if len(members) < 2:
+        return []
+    first = np.unique(start)
+    alive = (start <= first[:, None]) & (first[:, None] < stop)
+    # A set is part of the next one unless one of its intervals ends before that begins.
+    ends = np.where(alive, stop, np.iinfo(stop.dtype).max).min(1)
+    maximal = np.append(ends[:-1] <= first[1:], True) & (alive.sum(1) > 1)
+    return [members[together] for together in alive[maximal]]
 
 
 def margins(

@@ -129,7 +129,7 @@ def _grow(scene: Scene, known: Known, segment: int, frame: int, holder: np.ndarr
     """
     target = scene.targets[segment]
     holder = holder.copy()
-    here, points = scene.trajectories.at(frame)
+    here, points = scene.at(frame)
     while True:
         there = holder != NO_MATCH
         if there.all() or there.sum() < MIN_FIT_POINTS:
@@ -137,7 +137,9 @@ def _grow(scene: Scene, known: Known, segment: int, frame: int, holder: np.ndarr
         places = scene.trajectories.positions(np.array([frame]), holder)[0]
         known.fits += 1
         predicted, _, posed = yield from fit_one(target, places, there)
-        free = np.flatnonzero((known.identity[here] == NO_MATCH) & ~np.isin(here, holder))
+        free = known.identity[here] == NO_MATCH
+        free[np.searchsorted(here, holder[there])] = False
+        free = np.flatnonzero(free)
         lost = np.flatnonzero(~there)
         if not posed or not len(free):
             return holder
@@ -189,7 +191,7 @@ def correct_parent(
 
 def _identify_again(scene: Scene, known: Known, segment: int, frame: int, banned: frozenset) -> Control:
     """Identifies a segment afresh from the joins that it has now, without the pairs that proved wrong."""
-    own = np.isin(known.identity, scene.targets[segment].markers)
+    own = scene.owned[segment, known.identity]
     shared = _markers_of_others(scene, known, segment)
     known.identity[own & ~np.isin(known.identity, shared)] = NO_MATCH
     match = yield from match_verified(scene, known, segment, frame, banned=banned)

@@ -95,7 +95,7 @@ def _permutations(scene: Scene, identity: np.ndarray, evidence: np.ndarray) -> l
     """
     moves = []
     for target, ways in zip(scene.targets, scene.symmetries):
-        own = np.flatnonzero(np.isin(identity, target.markers))
+        own = np.flatnonzero(scene.owned[target.segment, identity])
         if not len(own):
             continue
         for permutation in ways:

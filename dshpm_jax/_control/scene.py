@@ -36,6 +36,7 @@ class Scene:
     relaxation: int = field(init=False)
     evidence_fits: int = field(init=False, default=0)
     _rigid: dict[int, Bool[np.ndarray, "points points"]] = field(init=False, default_factory=dict)
+    _seen: dict[int, tuple[np.ndarray, np.ndarray]] = field(init=False, default_factory=dict)
 
     def __post_init__(self):
         self.relaxation = max(1, round(self.settings.relaxation_seconds * self.trajectories.rate))
@@ -48,6 +49,20 @@ class Scene:
             for t in self.targets
         ]
         return Scene(self.trajectories, self.model, self.settings, targets)
+
+    def at(self, frame: int) -> tuple[Int[np.ndarray, " points"], Float[np.ndarray, "points 3"]]:
+        """The trajectories seen in a key-frame and their positions, as `Trajectories.at` has them, found once."""
+        if frame not in self._seen:
+            self._seen[frame] = self.trajectories.at(frame)
+        return self._seen[frame]
+
+    @cached_property
+    def owned(self) -> Bool[np.ndarray, "segments markers+1"]:
+        """Which markers each segment has; `NO_MATCH`, the last, belongs to none."""
+        owned = np.zeros((len(self.targets), self.model.num_markers + 1), bool)
+        for target in self.targets:
+            owned[target.segment, target.markers] = True
+        return owned
 
     @cached_property
     def neighbourhoods(self) -> tuple[np.ndarray, ...]:
@@ -111,7 +126,7 @@ class Scene:
     def rigid(self, frame: int) -> Control:
         """The segmentation matrix of the points in `frame` (Eqs. 1 and 2), made once a frame."""
         if frame not in self._rigid:
-            here, _ = self.trajectories.at(frame)
+            here, _ = self.at(frame)
             if self.settings.method == "static" or not len(here):
                 self._rigid[frame] = np.ones((len(here), len(here)), bool)
             else:
@@ -164,7 +179,7 @@ class Known:
 
     def holders(self, scene: Scene, markers: Int[np.ndarray, " markers"], frame: int) -> Int[np.ndarray, " markers"]:
         """The trajectory that carries each of `markers` in `frame`, or `NO_MATCH`."""
-        here = np.flatnonzero(scene.trajectories.alive(frame))
+        here, _ = scene.at(frame)
         holder = np.full(scene.model.num_markers, NO_MATCH)
         named = here[self.identity[here] != NO_MATCH]
         holder[self.identity[named]] = named

@@ -49,19 +49,18 @@ def match_segment(
 
     Our reading: "first acceptable" is the paper's rule; the full method scores all hypotheses and takes the best.
     """
-    here, points = scene.trajectories.at(frame)
+    here, points = scene.at(frame)
     if len(here) < 2:
         return None
     target = scene.targets[segment]
     rigid = yield from scene.rigid(frame)
     identity = known.identity[here]
-    own = np.isin(identity, target.markers)
+    own = scene.owned[segment, identity]
     free = (identity == NO_MATCH) | (own & (not use_joins))
     pinned = np.full(len(target.markers), NO_MATCH)
     if use_joins:
         holder = known.holders(scene, target.markers, frame)
-        place = {int(j): k for k, j in enumerate(here)}
-        pinned = np.array([place.get(int(j), NO_MATCH) for j in holder])
+        pinned = np.where(holder != NO_MATCH, np.searchsorted(here, holder), NO_MATCH)
         if (pinned == NO_MATCH).all():
             target, points, free, rigid, pinned = yield from _pin_virtual_join(
                 scene, known, segment, frame, points, free, rigid, pinned
