@@ -43,7 +43,7 @@ FULL_BATCH = 4096  # hypotheses in one call, unless a single request has more
 FIT_BUCKETS = (64, 1024)
 REQUESTS = 32  # segments in one call, always padded to this many
 SLOT_BUCKETS = (32, 64, 96, *POINT_BUCKETS[1:])  # life evidence takes time for every slot, so these are finer
-LIFE_LANES = (128, 1024)  # markers in frames whose evidence one call judges
+LIFE_LANES = 1024  # markers in frames in one call, always: programs of several sizes round differently
 WINDOWS, WINDOW_FRAMES = 8, 11  # pre-segmentation windows in one call, and frames of each
 FAR = 1e6  # mm, where padded points are
 
@@ -318,10 +318,9 @@ def _segment(requests: list[Segmentation]) -> list[np.ndarray]:
 def _cost(requests: list[LifeEvidence]) -> list[np.ndarray]:
     """Evidence of the lanes of all requests, packed into calls of a few sizes."""
     answers = [np.empty((len(asked.marker), asked.points.shape[1]), np.float32) for asked in requests]
-    for pieces in _packed([len(asked.marker) for asked in requests], LIFE_LANES[-1]):
+    for pieces in _packed([len(asked.marker) for asked in requests], LIFE_LANES):
         lanes = [_life_lanes(requests[k], rows) for k, rows in pieces]
-        size = sum(rows.stop - rows.start for _, rows in pieces)
-        found = np.asarray(life_evidence(*_stacked(lanes, bucket(size, LIFE_LANES, "lanes"))))
+        found = np.asarray(life_evidence(*_stacked(lanes, LIFE_LANES)))
         first = 0
         for k, rows in pieces:
             last = first + rows.stop - rows.start

@@ -6,7 +6,7 @@ import reference
 from matching_cases import make_request
 
 from dshpm_jax._driver import Driver, bucket
-from dshpm_jax._requests import FitPoses, Segmentation, Together
+from dshpm_jax._requests import FitPoses, LifeEvidence, Segmentation, Together
 
 
 def ask(*requests):
@@ -140,3 +140,29 @@ def test_too_much_for_the_largest_bucket():
     assert [bucket(n, (8, 18), "markers") for n in (1, 8, 9, 18)] == [8, 8, 18, 18]
     with pytest.raises(ValueError, match="19 markers at once, more than 18"):
         bucket(19, (8, 18), "markers")
+
+
+def evidence(rng, lanes, markers=30, slots=40, frames=60, neighbours=6):
+    """Markers near where they should be, about half of them known, among points of which some are theirs."""
+    body = rng.normal(0, 300, (markers, 3))
+    identified = body + rng.normal(0, 5, (frames, markers, 3))
+    points = np.concatenate([identified, rng.normal(0, 500, (frames, slots - markers, 3))], axis=1)
+    identified = np.where(rng.random((frames, markers, 1)) < 0.5, identified, np.nan)
+    around = np.argsort(np.linalg.norm(body[:, None] - body, axis=-1), axis=1)[:, 1 : 1 + neighbours]
+    frame, marker = rng.integers(frames, size=lanes), rng.integers(markers, size=lanes)
+    softness = rng.uniform(2, 8, (markers, neighbours))
+    return LifeEvidence(
+        identified, points, frame, marker, around, body[around], body, np.sort(softness), np.full(markers, 5.0)
+    )
+
+
+def test_company_changes_no_bit_of_the_evidence():
+    """A hair's breadth decides between searches that are equally good, so that nearly the same is not enough."""
+    rng = np.random.default_rng(5)
+    asked = [evidence(rng, lanes) for lanes in (53, 1491, 700, 20)]
+    (together,) = run(ask(*asked))
+    side_by_side = run(*(ask(one) for one in asked))
+    alone = [run(ask(one))[0][0] for one in asked]
+    for k in range(len(asked)):
+        np.testing.assert_array_equal(together[k], alone[k])
+        np.testing.assert_array_equal(side_by_side[k][0], alone[k])
