@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from dshpm_jax._driver import Driver as Driver
     from dshpm_jax._label import label as label
     from dshpm_jax._label import label_many as label_many
+    from dshpm_jax._live import LabelledFrames as LabelledFrames
+    from dshpm_jax._live import Labeller as Labeller
     from dshpm_jax._reconstruction import Filled as Filled
     from dshpm_jax._reconstruction import Found as Found
     from dshpm_jax._reconstruction import Motion as Motion
@@ -45,6 +47,8 @@ _ON_DEMAND = {
     "Driver": "_driver",
     "label": "_label",
     "label_many": "_label",
+    "LabelledFrames": "_live",
+    "Labeller": "_live",
     "Filled": "_reconstruction",
     "Found": "_reconstruction",
     "Motion": "_reconstruction",

@@ -14,7 +14,7 @@ LEVELS = [
     {"_labelling", "_requests"},
     {"_kernels", "io", "synthesis"},
     {"_driver", "_control", "_pretracking"},
-    {"_label", "_check"},
+    {"_label", "_live", "_check"},
     {"evaluation", "report", "_reconstruction"},
     {"_archive", "_checking", "_demo", "_experiments", "_reconstructing", "_viewing"},
     {"__main__", "__init__"},
