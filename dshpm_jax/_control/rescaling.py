@@ -1,5 +1,7 @@
 """Another subject's model made to fit: scaled as a whole, then made anew from the recording that it labelled."""
 
+from dataclasses import replace
+
 import numpy as np
 from jaxtyping import Float
 
@@ -45,7 +47,7 @@ def rescale(trajectories: Trajectories, model: SubjectModel, settings: Settings)
         raise ValueError("the model of one subject at a time can be rescaled; this one is of several")
 
     def scene(model: SubjectModel) -> Scene:
-        return Scene(trajectories, model, settings)
+        return Scene(trajectories, model, replace(settings, rescale=False))
 
     sizes = [model.scaled(factor, PROPORTIONS) for factor in FACTORS.tolist()]
     worth = yield Together(tuple(_roughly(scene(size)) for size in sizes))
