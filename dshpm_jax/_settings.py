@@ -74,7 +74,7 @@ class Settings:
         """Settings from the top level of a TOML file; what it does not name keeps its default."""
         try:
             found = tomllib.loads(Path(path).read_text())
-        except (OSError, tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        except (OSError, ValueError, RecursionError) as error:
             raise ValueError(f"{path}: no settings can be read: {error}") from None
         known = {field.name for field in dataclasses.fields(cls)}
         if unknown := sorted(found.keys() - known):

@@ -145,6 +145,9 @@ def test_settings_file(folder, capsys, labeller):
     (folder / "s.toml").write_text("methd = 1\n")
     status, _, err = command(capsys, "label", "walk.c3d", "-o", "out", "--settings", "s.toml")
     assert status == 2 and "methd" in err and err.count("\n") == 1
+    (folder / "s.toml").write_text("methd = " + "[" * 100_000)
+    status, _, err = command(capsys, "label", "walk.c3d", "-o", "out", "--settings", "s.toml")
+    assert status == 2 and "no settings can be read" in err and err.count("\n") == 1
 
 
 @pytest.mark.parametrize(

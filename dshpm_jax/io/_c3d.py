@@ -1,6 +1,7 @@
 """C3D files to recordings and back."""
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -50,7 +51,7 @@ def recording_of(file: C3dFile, path: Path) -> Recording:
     points = _positions(file, columns) * MILLIMETRES[unit]
     if not np.isfinite(points).any():
         raise ReadError(path, "not one point was seen in any frame", "export it with its trajectories")
-    names = bare_labels([labels[c] for c in columns], path)
+    names = bare_labels([labels[c] for c in columns], path, _prefixes(file))
     return Recording(points, names, rate, unit, path, tuple(columns))
 
 
@@ -79,9 +80,20 @@ def model_outputs(file: C3dFile, labels: list[str]) -> set[int]:
     }
 
 
-def bare_labels(labels: list[str], path: Path) -> tuple[str, ...]:
-    """Labels without subject prefixes; with them where two subjects wear markers of the same names."""
-    bare = [bare_label(name) for name in labels]
+def _prefixes(file: C3dFile) -> list[str]:
+    """What SUBJECTS:LABEL_PREFIXES puts before labels, where the file says that it does; the longest first."""
+    if not file.number("SUBJECTS", "USES_PREFIXES"):
+        return []
+    return sorted(filter(None, file.strings("SUBJECTS", "LABEL_PREFIXES")), key=len, reverse=True)
+
+
+def bare_labels(labels: list[str], path: Path, prefixes: Sequence[str] = ()) -> tuple[str, ...]:
+    """Labels without subject prefixes; with them where two subjects wear markers of the same names.
+
+    Arguments:
+        prefixes: what comes before labels in this file, besides what ends in a colon.
+    """
+    bare = [bare_label(name.removeprefix(next(filter(name.startswith, prefixes), ""))) for name in labels]
     for names in (bare, [name.strip() for name in labels]):
         named = [name for name in names if not is_unlabelled(bare_label(name))]
         if len(set(named)) == len(named):

@@ -141,7 +141,9 @@ def _chunks(file: C3dFile, parameter_blocks: int) -> Iterator[bytes | memoryview
         part = np.ascontiguousarray(file.points[k : k + step])
         rows = part.view(np.uint8).reshape(len(part), -1)
         yield np.concatenate([rows, file.analog[k : k + step]], axis=1).tobytes()
-    yield bytes(-(frames * frame_bytes) % BLOCK)
+    # Where the 16-bit counts end, some readers take all that is there for frames, so nothing fills the last block.
+    if frames < MAX_FRAMES_FIELD or file.tail:
+        yield bytes(-(frames * frame_bytes) % BLOCK)
     yield file.tail
 
 

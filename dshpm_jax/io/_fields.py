@@ -58,7 +58,7 @@ def _decode_dataclass(kind: type, value: Any, place: str, sizes: Mapping[str, in
     found = _expect(dict, value, place)
     fields = {f.name: f for f in dataclasses.fields(kind)}
     if unknown := sorted(found.keys() - fields.keys()):
-        raise ValueError(f"{place} has an unknown entry '{unknown[0]}'")
+        raise ValueError(f"{place} has an unknown entry '{unknown[0][:40]}'")
     optional = {n for n, f in fields.items() if not _required(f)}
     if lacking := [name for name in fields if name not in found and name not in optional]:
         raise ValueError(f"{place} has no '{lacking[0]}'")

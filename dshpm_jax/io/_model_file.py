@@ -37,7 +37,7 @@ def read_model(path: str | Path) -> SubjectModel:
         found = json.loads(path.read_bytes())
     except OSError as error:
         raise ReadError(path, f"cannot be read ({error.strerror})", "check the path") from None
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:  # brackets within brackets, thousands deep
         what = "the file is empty" if not path.stat().st_size else f"is no JSON ({error})"
         raise ReadError(path, what, "make it again with 'dshpm-jax model'") from None
     if not isinstance(found, dict) or found.pop("format", None) != FORMAT:
@@ -64,7 +64,7 @@ def is_model(path: str | Path) -> bool:
     """Whether a file says that it is a model, sound or not."""
     try:
         found = json.loads(Path(path).read_bytes())
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         return False
     return isinstance(found, dict) and found.get("format") == FORMAT
 

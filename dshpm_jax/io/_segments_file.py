@@ -21,7 +21,7 @@ def read_segments(path: str | Path, known: Collection[str]) -> dict[str, dict[st
         found = tomllib.loads(path.read_text())
     except OSError as error:
         raise ReadError(path, f"cannot be read ({error.strerror})", "check the path") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:
         raise ReadError(path, f"is no TOML ({error})", _EXAMPLE) from None
     if not found:
         raise ReadError(path, "it names no segments", _EXAMPLE)

@@ -67,7 +67,7 @@ def read_sidecar(path: str | Path, column_runs: bool = True) -> dict[str, Any] |
     try:
         text = Path(path).read_bytes()
         found = json.loads(text if column_runs else _COLUMN_RUNS.sub(b"", text))
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         return None
     return found if isinstance(found, dict) and found.get("format") == FORMAT and "trajectories" in found else None
 

@@ -121,7 +121,11 @@ def split(line: str, delimiter: str) -> list[str]:
         return line.split()
     if '"' not in line:
         return [cell.strip() for cell in line.split(delimiter)]
-    return [cell.strip() for cell in next(csv.reader([line.replace("\0", "")], delimiter=delimiter), [])]
+    try:
+        cells = next(csv.reader([line.replace("\0", "")], delimiter=delimiter), [])
+    except csv.Error:  # a quote that never ends
+        cells = line.split(delimiter)
+    return [cell.strip() for cell in cells]
 
 
 def join(cells: Sequence[str], delimiter: str) -> str:

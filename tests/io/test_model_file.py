@@ -80,7 +80,16 @@ def test_damage(tmp_path, wrong):
     check(tmp_path, json.dumps(damaged(DAMAGE[wrong])), wrong)
 
 
-@pytest.mark.parametrize("content, wrong", [("", "is empty"), ("{", "no JSON"), ("[]", "no marker model")])
+@pytest.mark.parametrize(
+    "content, wrong",
+    [
+        ("", "is empty"),
+        ("{", "no JSON"),
+        ("[]", "no marker model"),
+        ("[" * 100_000, "no JSON"),  # deeper than the parser goes
+        ('{"format": "dshpm-model", "version": 1, "' + "a" * 5000 + '": 0}', "unknown entry"),
+    ],
+)
 def test_other_files(tmp_path, content, wrong):
     check(tmp_path, content, wrong)
 
@@ -96,7 +105,8 @@ def check(tmp_path, content: str, wrong: str):
     with pytest.raises(io.ReadError) as caught:
         io.read_model(path)
     text = str(caught.value)
-    assert wrong in text and text.startswith(f"{path}: ") and "\n" not in text
+    assert wrong in text and text.startswith(f"{path}: ") and "\n" not in text and len(text) < len(str(path)) + 600
+    assert not io.is_model(path) or json.loads(content)
 
 
 def test_segments_file(tmp_path):
@@ -113,6 +123,7 @@ def test_segments_file(tmp_path):
     [
         ("", "names no segments"),
         ("[arm", "is no TOML"),
+        ("arm = " + "[" * 100_000, "is no TOML"),
         ("[arm]\n", "has no list of markers"),
         ('arm = ["A"]\n', "something else than markers"),
         ('[arm]\nmarkers = ["A", "X", "Y"]\n', "names X, Y, which the recordings do not have"),

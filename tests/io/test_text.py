@@ -131,6 +131,7 @@ def test_names_that_are_none(tmp_path, label):
         ("a.csv", MOTIVE.replace("Meters", "Leagues"), "'Leagues'"),
         ("a.csv", MOTIVE.replace(",Marker", ",Bone"), "no points"),
         ("a.tsv", TRC, "no TSV file of QTM"),
+        ("a.tsv", QTM.replace("LASI", '"' + "a" * 200_000, 1).replace("FREQUENCY\t100", "FREQUENCY\t0"), "0 frames"),
         ("a.tsv", QTM.replace("INCLUDED\t3D", "INCLUDED\t6D"), "holds 6D data"),
         ("a.tsv", QTM.replace("FRAMES\t3", "FRAMES\t5"), "truncated"),
         ("a.tsv", QTM.replace("FREQUENCY\t100", "FREQUENCY\t"), "FREQUENCY of its head is ''"),
