@@ -1,5 +1,6 @@
 """Labels unlabelled optical motion capture against an articulated marker model, without training."""
 
+import logging
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +20,9 @@ from dshpm_jax.io import write_model as write_model
 from dshpm_jax.io import write_sidecar as write_sidecar
 from dshpm_jax.report import view as view
 from dshpm_jax.report import view_frame as view_frame
+
+# What is logged goes where a program that uses the library sends it, and nowhere else.
+logging.getLogger(__name__).addHandler(logging.NullHandler())
 
 if TYPE_CHECKING:
     from dshpm_jax._check import Finding as Finding

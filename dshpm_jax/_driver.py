@@ -307,12 +307,18 @@ def _segment(requests: list[Segmentation]) -> list[np.ndarray]:
         window = np.full((WINDOWS, frames, points, 3), np.nan, np.float32)
         limits = np.zeros((2, WINDOWS), np.float32)
         for k, asked in enumerate(batch):
-            here = asked.window - np.nanmean(asked.window, axis=(0, 1))
+            here = asked.window - _middle(asked.window)
             window[k, : here.shape[0], : here.shape[1]] = here
             limits[:, k] = asked.max_extent, asked.max_ratio
         found = np.asarray(segmentation_matrices(window, np.isfinite(window[..., 0]), *limits))
         answers += [found[k, : asked.window.shape[1], : asked.window.shape[1]] for k, asked in enumerate(batch)]
     return answers
+
+
+def _middle(window: np.ndarray) -> np.ndarray:
+    """The mean of all points that are seen; the origin where none is, as a frame at its extremes may leave it."""
+    seen = np.isfinite(window)
+    return np.where(seen, window, 0).sum((0, 1)) / np.maximum(seen.sum((0, 1)), 1)
 
 
 def _cost(requests: list[LifeEvidence]) -> list[np.ndarray]:

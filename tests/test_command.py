@@ -55,6 +55,13 @@ def test_help_answers_without_jax():
     assert done.returncode == 0 and "--settings" in done.stdout
 
 
+def test_a_trouble_is_told_once(folder):
+    """A log that nobody set up must not repeat it."""
+    order = [sys.executable, "-m", "dshpm_jax", "label", "nowhere.c3d", "--model", "model.json", "-o", "out"]
+    done = subprocess.run(order, capture_output=True, text=True)
+    assert done.returncode == 1 and done.stderr.count("\n") == 1 and "nowhere.c3d" in done.stderr
+
+
 def test_label(folder, capsys, labeller):
     status, out, err = command(capsys, "label", "walk.c3d", "-o", "out")
     assert (status, err) == (0, "")

@@ -91,6 +91,12 @@ def test_poses_are_those_of_the_reference():
             assert poses.rms[k] == pytest.approx(rms, abs=2e-3) and poses.rank[k] >= 2
 
 
+def test_a_window_without_points_is_no_trouble():
+    """Warnings are errors here, as a mean of nothing would give one."""
+    (found,) = run(ask(Segmentation(np.full((4, 2, 3), np.nan), 100.0, 0.1)))[0]
+    assert found.shape == (2, 2)
+
+
 def test_segmentation_keeps_what_moves_together():
     """Eqs. 1 and 2: points 0 and 1 are rigid, 2 is far off, 3 comes and goes, 4 is seen with the others too rarely."""
     window = np.zeros((11, 5, 3))
