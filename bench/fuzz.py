@@ -4,9 +4,10 @@
 
 Damages small sound files of every format that is read (cut short, bits turned over, fields at their extremes, bytes,
 numbers and lines exchanged, repeated and left out) and reads them. Each must give a recording, a model, segments or
-settings, or raise one line that names the file, in under `SECONDS` and in an address space of `MEMORY`. `--whole` of
-them also go through the whole command, as a recording, a model or settings: it must end with an exit status of its own,
-one line for the file and no output for one that failed. What does not is kept in FOLDER, and the exit status is 1.
+settings, or raise one line that names the file, in under `SECONDS` of a processor and in an address space of `MEMORY`.
+`--whole` of them also go through the whole command, as a recording, a model or settings: it must end with an exit
+status of its own, one line for the file and no output for one that failed. What does not is kept in FOLDER, and the
+exit status is 1.
 """
 
 import argparse
@@ -96,14 +97,14 @@ def _judge(
 @contextlib.contextmanager
 def _within(seconds: int):
     def late(*_):
-        raise TimeoutError(f"more than {seconds} s")
+        raise TimeoutError(f"more than {seconds} s of a processor")
 
-    signal.signal(signal.SIGALRM, late)
-    signal.alarm(seconds)
+    signal.signal(signal.SIGPROF, late)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
     try:
         yield
     finally:
-        signal.alarm(0)
+        signal.setitimer(signal.ITIMER_PROF, 0)
 
 
 def _read(path: Path) -> str:

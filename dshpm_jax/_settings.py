@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from dshpm_jax._messages import one_line
+
 Method = Literal["full", "paper", "static"]
 
 
@@ -66,7 +68,10 @@ class Settings:
             raise ValueError(f'only the method "full" rescales a model, not {self.method!r}')
         for name, (low, high) in _RANGES.items():
             value = getattr(self, name)
-            if value is not None and not (isinstance(value, int | float) and low <= value <= high):
+            kind = int if isinstance(_DEFAULTS[name], int) else int | float
+            if value is None and _DEFAULTS[name] is None:
+                continue
+            if not isinstance(value, kind) or isinstance(value, bool) or not low <= value <= high:
                 raise ValueError(f"{name} must lie between {low:g} and {high:g}, got {value!r}")
 
     @classmethod
@@ -75,14 +80,15 @@ class Settings:
         try:
             found = tomllib.loads(Path(path).read_text())
         except (OSError, ValueError, RecursionError) as error:
-            raise ValueError(f"{path}: no settings can be read: {error}") from None
+            raise ValueError(f"{path}: {one_line(f'no settings can be read: {error}')}") from None
         known = {field.name for field in dataclasses.fields(cls)}
         if unknown := sorted(found.keys() - known):
-            raise ValueError(f"{path}: unknown settings {', '.join(unknown)}; known are {', '.join(sorted(known))}")
+            names = one_line(", ".join(unknown))
+            raise ValueError(f"{path}: unknown settings {names}; known are {', '.join(sorted(known))}")
         try:
             return cls(**found)
         except (TypeError, ValueError) as error:
-            raise ValueError(f"{path}: {error}") from None
+            raise ValueError(f"{path}: {one_line(str(error))}") from None
 
 
 _RANGES = {
@@ -102,3 +108,5 @@ _RANGES = {
     "min_confidence": (0, 1),
     "completeness": (0, 1),
 }
+
+_DEFAULTS = {field.name: field.default for field in dataclasses.fields(Settings)}

@@ -152,6 +152,10 @@ def test_settings_file(folder, capsys, labeller):
     (folder / "s.toml").write_text("methd = 1\n")
     status, _, err = command(capsys, "label", "walk.c3d", "-o", "out", "--settings", "s.toml")
     assert status == 2 and "methd" in err and err.count("\n") == 1
+    for wrong in ("num_key_frames = 2.5", "window_steps = true", "min_confidence = nan", "completeness = []"):
+        (folder / "s.toml").write_text(wrong + "\n")
+        status, _, err = command(capsys, "label", "walk.c3d", "-o", "out", "--settings", "s.toml")
+        assert status == 2 and wrong.split()[0] in err and err.count("\n") == 1
     (folder / "s.toml").write_text("methd = " + "[" * 100_000)
     status, _, err = command(capsys, "label", "walk.c3d", "-o", "out", "--settings", "s.toml")
     assert status == 2 and "no settings can be read" in err and err.count("\n") == 1

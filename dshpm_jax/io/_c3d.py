@@ -22,7 +22,7 @@ from dshpm_jax.io._c3d_parameters import (
     text_parameters,
 )
 from dshpm_jax.io._errors import ReadError
-from dshpm_jax.io._units import MILLIMETRES, length_unit
+from dshpm_jax.io._units import FARTHEST_MM, HIGHEST_RATE, MILLIMETRES, length_unit
 
 _OUTPUT_GROUPS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "MODELED_MARKERS")
 _CENTRE_OF_MASS = re.compile(r"Cent(re|er)OfMass.*", re.IGNORECASE)
@@ -45,10 +45,10 @@ def recording_of(file: C3dFile, path: Path) -> Recording:
     if not columns:
         raise ReadError(path, "all its points are model outputs", "export it with its markers")
     rate = _rate(file)
-    if not (np.isfinite(rate) and rate > 0):
+    if not 0 < rate <= HIGHEST_RATE:
         raise ReadError(path, f"its rate is {rate:g} frames a second", "set POINT:RATE")
     unit = length_unit((file.strings("POINT", "UNITS") or [""])[0], path)
-    points = _positions(file, columns) * MILLIMETRES[unit]
+    points = _positions(file, columns, MILLIMETRES[unit])
     if not np.isfinite(points).any():
         raise ReadError(path, "not one point was seen in any frame", "export it with its trajectories")
     names = bare_labels([labels[c] for c in columns], path, _prefixes(file))
@@ -148,16 +148,18 @@ def _rate(file: C3dFile) -> float:
     )
 
 
-def _positions(file: C3dFile, columns: list[int]) -> Float[np.ndarray, "frames points 3"]:
-    """Positions in the file's unit, NaN where missing."""
+def _positions(file: C3dFile, columns: list[int], scale: float) -> Float[np.ndarray, "frames points 3"]:
+    """Positions in millimetres, NaN where missing; `scale` is the length of the file's unit."""
     records = np.ascontiguousarray(file.points[:, columns])
     raw = records.view(np.uint8).reshape(*records.shape, -1)
-    if raw.shape[-1] == 8:
-        words = np.ascontiguousarray(raw).view(byte_order(file.processor) + "i2")
-        points = words[..., :3] * float(file.scale)
-    else:
-        words = decode_floats(raw, file.processor)
-        points = words[..., :3].astype(np.float64)
+    with np.errstate(over="ignore", invalid="ignore"):  # of bytes that are no numbers; such points count as missing
+        if raw.shape[-1] == 8:
+            words = np.ascontiguousarray(raw).view(byte_order(file.processor) + "i2")
+            points = words[..., :3] * float(file.scale)
+        else:
+            words = decode_floats(raw, file.processor)
+            points = words[..., :3].astype(np.float64)
+        points *= scale
     points[_missing(points, words[..., 3])] = np.nan
     return points
 
@@ -166,4 +168,4 @@ def _missing(
     points: Float[np.ndarray, "frames points 3"], residual: Float[np.ndarray, "frames points"]
 ) -> Bool[np.ndarray, "frames points"]:
     """Capture systems mark a point that was not seen by a negative residual, by the origin, or by NaN."""
-    return (residual < 0) | (points == 0).all(-1) | ~np.isfinite(points).all(-1)
+    return (residual < 0) | (points == 0).all(-1) | ~(np.abs(points) <= FARTHEST_MM).all(-1)

@@ -57,10 +57,12 @@ def decode_floats(raw: UInt8[np.ndarray, "..."], processor: int) -> Float32[np.n
     """Single-precision numbers from bytes (last axis)."""
     raw = np.ascontiguousarray(raw)
     if processor != DEC:
-        return raw.view(byte_order(processor) + "f4").astype(np.float32)
+        with np.errstate(invalid="ignore"):
+            return raw.view(byte_order(processor) + "f4").astype(np.float32)
     # A VAX F-float is an IEEE one with its 16-bit halves exchanged and an exponent that is larger by two.
     halves = raw.view("<u2").reshape(*raw.shape[:-1], -1, 2)
-    return np.ascontiguousarray(halves[..., ::-1]).view("<f4")[..., 0] / np.float32(4)
+    with np.errstate(invalid="ignore"):  # bytes that are no number
+        return np.ascontiguousarray(halves[..., ::-1]).view("<f4")[..., 0] / np.float32(4)
 
 
 def encode_floats(values: Sequence[float], processor: int) -> bytes:

@@ -2,16 +2,18 @@
 
 from pathlib import Path
 
+from dshpm_jax._messages import one_line
+
 
 class ReadError(ValueError):
     """A file that cannot be read, or not as what it should be."""
 
     def __init__(self, path: Path | str, wrong: str, remedy: str):
-        super().__init__(f"{path}: {wrong}; {remedy}")
+        super().__init__(f"{path}: {one_line(wrong)}; {one_line(remedy)}")
 
 
 class WriteError(ValueError):
     """A file that cannot be written."""
 
     def __init__(self, path: Path | str, wrong: str, remedy: str):
-        super().__init__(f"{path}: {wrong}; {remedy}")
+        super().__init__(f"{path}: {one_line(wrong)}; {one_line(remedy)}")

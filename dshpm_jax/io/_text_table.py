@@ -17,7 +17,7 @@ from jaxtyping import Bool, Float, Int
 from dshpm_jax._recording import Recording
 from dshpm_jax.io._c3d import bare_labels
 from dshpm_jax.io._errors import ReadError
-from dshpm_jax.io._units import MILLIMETRES
+from dshpm_jax.io._units import FARTHEST_MM, HIGHEST_RATE, MILLIMETRES
 
 _BOM = b"\xef\xbb\xbf"
 
@@ -142,7 +142,7 @@ def recording_of_table(table: TextTable) -> Recording:
     path = table.file.path
     if not table.labels:
         raise ReadError(path, "it holds no points", "export it with its trajectories")
-    if not (np.isfinite(table.rate) and table.rate > 0):
+    if not 0 < table.rate <= HIGHEST_RATE:
         raise ReadError(path, f"its rate is {table.rate:g} frames a second", "set it in the head of the file")
     points = _positions(table)
     if table.announced is not None and len(points) < table.announced:
@@ -150,12 +150,12 @@ def recording_of_table(table: TextTable) -> Recording:
         raise ReadError(path, wrong, "copy or export it again, or correct the number of frames")
     if not len(points):
         raise ReadError(path, "it holds no frames", "export it again")
-    points[(points == 0).all(-1) | ~np.isfinite(points).all(-1)] = np.nan
+    with np.errstate(over="ignore"):
+        points *= MILLIMETRES[table.unit]
+    points[(points == 0).all(-1) | ~(np.abs(points) <= FARTHEST_MM).all(-1)] = np.nan
     if not np.isfinite(points).any():
         raise ReadError(path, "not one point was seen in any frame", "export it with its trajectories")
-    return Recording(
-        points * MILLIMETRES[table.unit], bare_labels(list(table.labels), path), table.rate, table.unit, path
-    )
+    return Recording(points, bare_labels(list(table.labels), path), table.rate, table.unit, path)
 
 
 def _positions(table: TextTable) -> Float[np.ndarray, "frames points 3"]:

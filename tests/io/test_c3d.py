@@ -186,6 +186,26 @@ def test_no_byte_of_the_parameters_can_crash_the_reader(tmp_path):
             assert "\n" not in str(error)
 
 
+@pytest.mark.parametrize("processor", [parameters.INTEL, parameters.DEC])
+def test_bytes_that_are_no_numbers_are_missing_points(tmp_path, processor):
+    """Without a warning: not-a-numbers that signal, infinities, points beyond the moon."""
+    words = [b"\x01\x00\x80\x7f", b"\x00\x00\x80\x7f", b"\xff\xff\xff\x7e", b"\xff\xff\xff\xff"]
+    file = fresh_layout(make_recording(labels=["A", "B"]))
+    records = file.points.copy().view("S4").reshape(20, 2, 4)
+    if processor == parameters.INTEL:
+        for k, word in enumerate(words):
+            records[k, 1, :3] = word
+        file.points = np.ascontiguousarray(records).view("V16")[..., 0]
+        write_layout(file, tmp_path / "a.c3d")
+        assert not io.read(tmp_path / "a.c3d").present[: len(words), 1].any()
+    assert np.isfinite(parameters.decode_floats(np.frombuffer(b"".join(words), np.uint8), processor)).sum() <= 4
+
+
+def test_names_of_any_length_stay_a_line(tmp_path):
+    by_ezc3d(tmp_path / "a.c3d", np.ones((2, 1, 3)), ["A"], units="f" * 240 + "\n" + "g" * 100)
+    assert len(error_of(tmp_path / "a.c3d")) < len(str(tmp_path)) + 600
+
+
 def test_files_without_what_is_needed(tmp_path):
     path = tmp_path / "a.c3d"
     seen = np.ones((3, 2, 3))

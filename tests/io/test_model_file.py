@@ -55,6 +55,7 @@ DAMAGE = {
     "the model.pair_low has the shape (4, 5)": lambda m: m["pair_low"].pop(),
     "the model.pair_high is no table of numbers": lambda m: m["pair_high"][0].pop(),
     "the model.pair_frames holds something else": lambda m: m["pair_frames"][0].__setitem__(1, 0.5),
+    "the model.pair_frames holds something": lambda m: m["pair_frames"][0].__setitem__(1, 1e300),
     "the model.pair_mean is not symmetric": lambda m: m["pair_mean"][0].__setitem__(1, 5.0),
     "the model.pair_spread holds negative": lambda m: [m["pair_spread"][a].__setitem__(1 - a, -5.0) for a in (0, 1)],
     "'arm' has no markers": lambda m: m["segments"][0].update(markers=[], shape=[]),

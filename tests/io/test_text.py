@@ -115,6 +115,7 @@ def test_names_that_are_none(tmp_path, label):
         ("a.csv", "Trajectories\n", "no row 'Frame"),
         ("a.csv", VICON.replace("\n100\n", "\nfast\n"), "its rate is 'fast'"),
         ("a.csv", VICON.replace("\n100\n", "\n0\n"), "0 frames a second"),
+        ("a.csv", VICON.replace("\n100\n", "\n1e30\n"), "1e+30 frames a second"),
         ("a.csv", VICON.replace("mm", "furlong"), "'furlong'"),
         ("a.csv", VICON.replace("RASI", "LASI"), "two points have the label 'Nick:LASI'"),
         ("a.csv", VICON.replace("16", "l6"), "line 7 holds something that is no number"),
@@ -143,6 +144,12 @@ def test_files_that_cannot_be_read(tmp_path, name, content, wrong):
     with pytest.raises(io.ReadError) as caught:
         io.read(path)
     assert wrong in str(caught.value) and "\n" not in str(caught.value) and str(caught.value).startswith(f"{path}: ")
+
+
+@pytest.mark.parametrize("number", ["1e308", "-1e300", "inf", "nan", "1e12"])
+def test_points_beyond_the_moon_are_missing(tmp_path, number):
+    content = MOTIVE.replace("0.016,", f"{number},")
+    assert not io.read(saved(tmp_path, "motive.csv", content)).present[1, 2]
 
 
 def test_other_tables_are_no_recordings(tmp_path):
