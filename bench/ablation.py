@@ -15,9 +15,9 @@ from pathlib import Path
 from unittest.mock import patch
 
 import numpy as np
-from _truth import NEAR, places_of
+from _truth import f1, name_of
 
-from dshpm_jax import Labelling, Settings, label_many, read, read_model
+from dshpm_jax import Settings, label_many, read, read_model
 from dshpm_jax._control import full, settling, voting
 from dshpm_jax._types import NO_MATCH
 
@@ -41,27 +41,6 @@ def main() -> None:
             scores = [f1(found, t) for found, t in zip(label_many(recordings, models, SETTINGS.get(part)), truths)]
             seconds = time.perf_counter() - start
         print(f"{part:40} mean F1 {np.mean(scores):.4f}  worst {min(scores):.4f}  {seconds:6.1f} s", flush=True)
-
-
-def name_of(file: Path, archive: Path) -> str:
-    return ".".join(file.relative_to(archive).with_suffix("").parts) + ".npz"
-
-
-def f1(found: Labelling, truth: dict[str, np.ndarray]) -> float:
-    """F1 over points; a label counts where it is within rounding of the marker's true place."""
-    places = places_of(truth)
-    points, identities = found.recording.points, found.identities
-    right = given = 0
-    for k, name in enumerate(truth["labels"].tolist()):
-        if name not in found.model.markers:
-            continue
-        frame, column = np.nonzero(identities == found.model.markers.index(name))
-        fair = truth["judged"][frame, k]
-        given += int(fair.sum())
-        with np.errstate(invalid="ignore"):
-            right += int((np.linalg.norm(points[frame, column] - places[frame, k], axis=1) < NEAR)[fair].sum())
-    there = int((np.isfinite(places).all(-1) & truth["judged"]).sum())
-    return 2.0 * right / max(given + there, 1)
 
 
 def _votes_only(scene, start, frames, before=None, schedule=(0.0,)) -> Iterator:

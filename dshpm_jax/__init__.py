@@ -39,9 +39,12 @@ if TYPE_CHECKING:
     from dshpm_jax._reconstruction import write_motion as write_motion
     from dshpm_jax._scoring import AbstractCandidateScore as AbstractCandidateScore
     from dshpm_jax._scoring import AbstractMatchScore as AbstractMatchScore
+    from dshpm_jax._scoring import GaussianCandidate as GaussianCandidate
+    from dshpm_jax._scoring import GaussianMatch as GaussianMatch
     from dshpm_jax._scoring import MaxResidual as MaxResidual
     from dshpm_jax._scoring import MeanResidual as MeanResidual
     from dshpm_jax._scoring import RmsResidual as RmsResidual
+    from dshpm_jax._scoring import RobustResidual as RobustResidual
     from dshpm_jax._scoring import ToleranceScore as ToleranceScore
 
 # Importing jax or scipy takes a second, which reading files, models and `--help` need not wait for.
@@ -60,9 +63,12 @@ _ON_DEMAND = {
     "write_motion": "_reconstruction",
     "AbstractCandidateScore": "_scoring",
     "AbstractMatchScore": "_scoring",
+    "GaussianCandidate": "_scoring",
+    "GaussianMatch": "_scoring",
     "MaxResidual": "_scoring",
     "MeanResidual": "_scoring",
     "RmsResidual": "_scoring",
+    "RobustResidual": "_scoring",
     "ToleranceScore": "_scoring",
 }
 

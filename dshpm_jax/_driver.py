@@ -13,6 +13,7 @@ import numpy as np
 
 from dshpm_jax._kernels.candidate_table import Hypotheses, Problems
 from dshpm_jax._kernels.life_evidence import life_evidence
+from dshpm_jax._kernels.match_scores import score_matches
 from dshpm_jax._kernels.matching import match_segments
 from dshpm_jax._kernels.pair_statistics import segmentation_matrices
 from dshpm_jax._kernels.poses import fit_poses
@@ -22,6 +23,7 @@ from dshpm_jax._requests import (
     LifeEvidence,
     MatchSegment,
     Poses,
+    ScoreMatch,
     Segmentation,
     SegmentMatches,
     Together,
@@ -62,7 +64,7 @@ class Driver:
     Arguments:
         candidate_score: how badly a candidate fits its column (Eq. 3).
         match_score: how badly a match fits its segment (Eq. 4).
-            Both are tried on plausible numbers first; a `ValueError` names one that answers with NaN.
+            Both are tried on plausible numbers first; a `ValueError` names one that fails or answers with NaN.
         in_flight: controls that run at the same time; more make fuller batches and take more memory.
     """
 
@@ -110,7 +112,13 @@ class Driver:
         for leaf in leaves:
             groups[_group_of(leaf.request)].append(leaf)
         for group, members in groups.items():
-            answer = {MatchSegment: self._match, FitPoses: _fit, Segmentation: _segment, LifeEvidence: _cost}[group[0]]
+            answer = {
+                MatchSegment: self._match,
+                ScoreMatch: self._score,
+                FitPoses: _fit,
+                Segmentation: _segment,
+                LifeEvidence: _cost,
+            }[group[0]]
             for member, answered in zip(members, answer([leaf.request for leaf in members])):
                 member.answer = answered
 
@@ -133,6 +141,21 @@ class Driver:
             _, assigned, matched, error, accepted, fits = (field[mine] for field in rows)
             columns = len(asked.target.markers)
             answers.append(SegmentMatches(assigned[:, :columns], matched, error, accepted, fits, int(found.truncated)))
+        return answers
+
+    def _score(self, requests: list[ScoreMatch]) -> list[float]:
+        columns = bucket(max(len(r.scale) for r in requests), COLUMN_BUCKETS, "markers of a segment")
+        rows = FIT_BUCKETS[0]
+        answers: list[float] = []
+        for first in range(0, len(requests), rows):
+            batch = requests[first : first + rows]
+            residuals, matched = np.zeros((rows, columns), np.float32), np.zeros((rows, columns), bool)
+            scale = np.ones((rows, columns), np.float32)
+            for k, asked in enumerate(batch):
+                size = len(asked.scale)
+                residuals[k, :size], scale[k, :size], matched[k, :size] = asked.residuals, asked.scale, asked.matched
+            found = np.asarray(score_matches(self._match_score, residuals, scale, matched))
+            answers += found[: len(batch)].tolist()
         return answers
 
 
@@ -183,6 +206,8 @@ def _group_of(request: Any) -> tuple:
         return MatchSegment, points, bucket(len(request.target.markers), COLUMN_BUCKETS, "markers of a segment")
     if isinstance(request, FitPoses):
         return FitPoses, bucket(request.shape.shape[1], COLUMN_BUCKETS, "markers of a segment")
+    if isinstance(request, ScoreMatch):
+        return ScoreMatch, bucket(len(request.scale), COLUMN_BUCKETS, "markers of a segment")
     if isinstance(request, Segmentation):
         return (Segmentation,)
     if isinstance(request, LifeEvidence):

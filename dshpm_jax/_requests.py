@@ -96,6 +96,21 @@ class Poses:
 
 
 @dataclass(frozen=True, eq=False)
+class ScoreMatch:
+    """The match score of one fitted hypothesis (Eq. 4), a number.
+
+    Attributes:
+        residuals: mm, 0 where nothing is matched.
+        scale: residual that Eq. 4 allows each marker (mm).
+        matched: which markers are.
+    """
+
+    residuals: Float[np.ndarray, " markers"]
+    scale: Float[np.ndarray, " markers"]
+    matched: Bool[np.ndarray, " markers"]
+
+
+@dataclass(frozen=True, eq=False)
 class Segmentation:
     """The segmentation matrix of the points in a window of frames (Eqs. 1 and 2)."""
 

@@ -6,7 +6,16 @@ import matching_reference
 import numpy as np
 import reference
 
-from dshpm_jax._requests import Control, FitPoses, MatchSegment, Poses, Segmentation, SegmentMatches, Together
+from dshpm_jax._requests import (
+    Control,
+    FitPoses,
+    MatchSegment,
+    Poses,
+    ScoreMatch,
+    Segmentation,
+    SegmentMatches,
+    Together,
+)
 
 
 class FakeDriver:
@@ -18,7 +27,9 @@ class FakeDriver:
 
     def __init__(self, answers: dict[type, Any] | None = None):
         self.asked: list[Any] = []
-        self._answers = {MatchSegment: match, FitPoses: fit, Segmentation: all_rigid} | (answers or {})
+        self._answers = {MatchSegment: match, FitPoses: fit, ScoreMatch: mean_residual, Segmentation: all_rigid} | (
+            answers or {}
+        )
 
     def run(self, control: Control) -> Any:
         answer = None
@@ -50,6 +61,10 @@ def fit(asked: FitPoses) -> Poses:
     found = [reference.rigid_fit(*row) for row in zip(asked.shape, asked.points, asked.weights)]
     rotation, translation, rms = (np.array(field) for field in zip(*found))
     return Poses(rotation, translation, rms, np.array([rank(*row) for row in zip(asked.shape, asked.weights)]))
+
+
+def mean_residual(asked: ScoreMatch) -> float:
+    return float(np.mean(asked.residuals[asked.matched] / asked.scale[asked.matched]))
 
 
 def rank(shape: np.ndarray, weights: np.ndarray) -> int:

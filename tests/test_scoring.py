@@ -1,5 +1,6 @@
 """The contract that every score keeps, those of the paper and those of researchers alike."""
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -26,7 +27,7 @@ def candidate_cost(score, model, data, tolerance):
 
 def match_cost(score, residuals, scale, matched):
     arrays = jnp.asarray(residuals, jnp.float32), jnp.asarray(scale, jnp.float32), jnp.asarray(matched, bool)
-    return np.asarray(jax.jit(score)(*arrays))
+    return np.asarray(eqx.filter_jit(score)(*arrays))
 
 
 def random_match(seed: int, markers: int = 9):
@@ -150,3 +151,53 @@ def test_a_score_that_returns_nan_is_refused_by_name(scores):
     (score,) = scores.values()
     with pytest.raises(ValueError, match=f"{type(score).__name__} returned NaN"):
         Driver(**scores)
+
+
+class _Branching(scoring.AbstractCandidateScore):
+    def __call__(self, model_distance, data_distance, tolerance):
+        return 0.0 if model_distance < data_distance else 1.0
+
+
+class _Whole(scoring.AbstractMatchScore):
+    def __call__(self, residuals, scale, matched):
+        return residuals / scale
+
+
+class _Counting(scoring.AbstractMatchScore):
+    def __call__(self, residuals, scale, matched):
+        return jnp.sum(matched)
+
+
+@pytest.mark.parametrize(
+    ("scores", "wrong"),
+    [
+        (
+            {"candidate_score": _Branching()},
+            r"_Branching failed with TracerBoolConversionError.*jnp.where instead of if",
+        ),
+        ({"match_score": _Whole()}, r"_Whole returned an array of shape \(4,\); a score must return one number"),
+        ({"match_score": _Counting()}, "_Counting returned int"),
+    ],
+    ids=["failing", "array", "integer"],
+)
+def test_a_score_that_cannot_be_used_is_refused_by_name(scores, wrong):
+    with pytest.raises(ValueError, match=wrong):
+        Driver(**scores)
+
+
+def test_one_bad_marker_raises_the_robust_score_least():
+    residuals = np.array([1.0, 1.5, 1.2, 0.9, 40.0])
+    arrays = residuals, np.full(5, 5.0), np.ones(5, bool)
+    robust, mean = (match_cost(s(), *arrays) for s in (scoring.RobustResidual, scoring.MeanResidual))
+    assert robust < 0.6 < 1 < mean
+
+
+@match_scores
+def test_the_driver_scores_fits_of_the_host_as_the_kernel_does(score):
+    from dshpm_jax._requests import ScoreMatch
+
+    def control():
+        return (yield ScoreMatch(*random_match(0)))
+
+    (found,) = Driver(match_score=score).run([control()])
+    np.testing.assert_allclose(found, match_cost(score, *random_match(0)), rtol=1e-5)

@@ -91,7 +91,7 @@ def verify(scene: Scene, known: Known, match: SegmentMatch) -> Control:
     points = scene.trajectories.positions(np.array([later]), holder)[0]
     known.fits += 1
     _, residual, _ = yield from fit_one(target, points, there)
-    if mapping_error(target, residual, there) >= 1.0:
+    if not (yield from mapping_error(target, residual, there)) < 1.0:
         return None
     if match.size == len(match.holder):
         return match

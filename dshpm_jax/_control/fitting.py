@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Bool, Float
 
-from dshpm_jax._requests import Control, FitPoses, Target
+from dshpm_jax._requests import Control, FitPoses, ScoreMatch, Target
 from dshpm_jax._types import MIN_FIT_POINTS
 
 
@@ -18,6 +18,8 @@ def fit_one(target: Target, points: Float[np.ndarray, "columns 3"], there: Bool[
     return predicted, residual, bool(there.sum() >= MIN_FIT_POINTS and poses.rank[0] >= 2)
 
 
-def mapping_error(target: Target, residual: np.ndarray, there: np.ndarray) -> float:
-    """Eq. 4 for a fit made on the host's request: the mean residual over what it may be; under 1 is good."""
-    return float(np.mean(residual[there] / target.scale[there])) if there.any() else np.inf
+def mapping_error(target: Target, residual: np.ndarray, there: np.ndarray) -> Control:
+    """Eq. 4 for a fit made on the host's request, by the match score in use; under 1 is good."""
+    if not there.any():
+        return np.inf
+    return float((yield ScoreMatch(residual, target.scale, there)))
