@@ -48,6 +48,7 @@ def label_many(
 
     Arguments:
         models: one for all, or one for each recording; `combine_models` makes one of several subjects.
+        settings, driver: as for `label`.
 
     Yields:
         a `Labelling` for each recording, in order; with `Settings.rescale` its model is the rescaled one.

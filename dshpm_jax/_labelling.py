@@ -15,7 +15,10 @@ from dshpm_jax._types import NO_MATCH
 
 
 class Reason(StrEnum):
-    """Why a trajectory has its label or none."""
+    """Why a trajectory has its label or none.
+
+    The text is what sidecars hold. The first two come with a label, the others without.
+    """
 
     MATCHED = "matched with its segment"
     RECRUITED = "recruited near the place that its segment predicts"

@@ -2,6 +2,8 @@
 
 import equinox as eqx
 import jax
+import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from dshpm_jax._scoring import AbstractMatchScore
@@ -10,9 +12,9 @@ from dshpm_jax._scoring import AbstractMatchScore
 @eqx.filter_jit
 def score_matches(
     score: AbstractMatchScore,
-    residuals: Float[Array, "fits columns"],
-    scale: Float[Array, "fits columns"],
-    matched: Bool[Array, "fits columns"],
+    residuals: Float[np.ndarray, "fits columns"],
+    scale: Float[np.ndarray, "fits columns"],
+    matched: Bool[np.ndarray, "fits columns"],
 ) -> Float[Array, " fits"]:
     """The cost of each fit, a row of residuals (mm)."""
-    return jax.vmap(score)(residuals, scale, matched)
+    return jax.vmap(score)(jnp.asarray(residuals), jnp.asarray(scale), jnp.asarray(matched))

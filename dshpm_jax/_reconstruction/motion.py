@@ -13,7 +13,7 @@ from dshpm_jax._recording import Recording
 
 
 class Found(IntEnum):
-    """How the pose of a segment in a frame was found."""
+    """How the pose of a segment in a frame was found; the higher, the better it is known."""
 
     NONE = 0
     """Too little is known: there is no pose."""

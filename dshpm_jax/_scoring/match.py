@@ -9,7 +9,11 @@ from jaxtyping import Array, Bool, Float
 
 
 class AbstractMatchScore(eqx.Module):
-    """Cost of a fitted match; lower is better, and from 1 on its quality is not acceptable."""
+    """Cost of a fitted match; lower is better, and from 1 on its quality is not acceptable.
+
+    A subclass writes the function for one match; the library maps it over all hypotheses and compiles it. It decides in
+    the iterative match (section 4.2.2) and in motion verification (section 4.3.1).
+    """
 
     @abc.abstractmethod
     def __call__(

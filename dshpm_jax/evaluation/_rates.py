@@ -46,7 +46,11 @@ class Scores(NamedTuple):
 def point_identification_rate(
     given: Int[np.ndarray, "frames points"], truth: Int[np.ndarray, "frames points"]
 ) -> float:
-    """The share of the markers' points that carry the right label (section 5.2.1); a ghost counts on neither side."""
+    """The share of the markers' points that carry the right label (section 5.2.1); a ghost counts on neither side.
+
+    Arguments:
+        given, truth: identities as described above, both of one shape; a `ValueError` says if they are not.
+    """
     return precision_recall_f1(given, truth).recall
 
 
@@ -58,6 +62,10 @@ def trajectory_identification_rate(
     Our reading: a trajectory is a marker's unbroken run of frames, in whatever columns it stands; it is identified if
     at least `share` of its points carry the right label. Ghosts are no trajectories of markers and do not count; labels
     given to them show in the precision.
+
+    Arguments:
+        given, truth: identities as described above, both of one shape; a `ValueError` says if they are not.
+        share: of a trajectory's points, 0 to 1.
     """
     _check(given, truth)
     seen, right = _by_marker(given, truth)
@@ -72,7 +80,11 @@ def trajectory_identification_rate(
 
 
 def precision_recall_f1(given: Int[np.ndarray, "frames points"], truth: Int[np.ndarray, "frames points"]) -> Scores:
-    """Scores over all points; a label on a ghost is given and not right."""
+    """Scores over all points; a label on a ghost is given and not right.
+
+    Arguments:
+        given, truth: identities as described above, both of one shape; a `ValueError` says if they are not.
+    """
     _check(given, truth)
     named, marker = given != NO_MATCH, truth != NO_MATCH
     return Scores(int((named & (given == truth)).sum()), int(named.sum()), int(marker.sum()))
@@ -81,7 +93,12 @@ def precision_recall_f1(given: Int[np.ndarray, "frames points"], truth: Int[np.n
 def scores_by_label(
     given: Int[np.ndarray, "frames points"], truth: Int[np.ndarray, "frames points"], labels: Sequence[str]
 ) -> dict[str, Scores]:
-    """Scores of each label, in the order of `labels`, whose places are the identities."""
+    """Scores of each label.
+
+    Arguments:
+        given, truth: identities as described above, both of one shape; a `ValueError` says if they are not.
+        labels: their places are the identities; the result is in their order.
+    """
     _check(given, truth)
     return {
         label: Scores(int(((given == k) & (truth == k)).sum()), int((given == k).sum()), int((truth == k).sum()))

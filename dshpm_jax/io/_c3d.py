@@ -56,7 +56,13 @@ def recording_of(file: C3dFile, path: Path) -> Recording:
 
 
 def write_c3d(recording: Recording, path: str | Path) -> None:
-    """Writes the points and labels of `recording`, and nothing of the file that it came from."""
+    """Writes the points and labels of `recording` as C3D, in its own unit, and nothing of the file that it came from.
+
+    Coordinates are rounded to single precision. What is at `path` is replaced, whole or not at all.
+
+    Raises:
+        WriteError: more points or longer labels than a C3D file holds.
+    """
     write_layout(fresh_layout(recording), Path(path))
 
 

@@ -23,13 +23,20 @@ _REMEDY = "make it again with 'dshpm-jax model' or correct that entry"
 
 
 def write_model(model: SubjectModel, path: str | Path) -> None:
-    """Writes a model, a line for each row of a table, lengths rounded to 1e-4 mm."""
+    """Writes a model as JSON, whole or not at all: a line for each row of a table, lengths rounded to 1e-4 mm.
+
+    What is at `path` is replaced, whatever it is; the folder must be there.
+    """
     head = {"format": FORMAT, "version": VERSION}
     write_whole(Path(path), [(_layout(head | encode(model)) + "\n").encode()])
 
 
 def read_model(path: str | Path) -> SubjectModel:
-    """Reads a model, or makes one of a subject file (`SUBJECT_FILES`); `ReadError` names the entry that is wrong."""
+    """Reads a model, or makes one of a subject file (`SUBJECT_FILES`).
+
+    Raises:
+        ReadError: the file cannot be read or is no model; it names the entry that is wrong.
+    """
     path = Path(path)
     if path.suffix.lower() in SUBJECT_FILES:
         return _from_subject_file(path)

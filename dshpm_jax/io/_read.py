@@ -15,7 +15,14 @@ SUFFIXES = tuple(_READERS)
 
 
 def read(path: str | Path) -> Recording:
-    """Reads a recording, its format told by its ending; raises `ReadError` where that is not possible."""
+    """Reads a recording, its format told by its ending (one of `SUFFIXES`).
+
+    Points come in millimetres, whatever the file's unit, and NaN where a point was not seen; labels come without the
+    subject's prefix, unless two subjects wear markers of the same names.
+
+    Raises:
+        ReadError: there is no such file, it is damaged or of no known kind, or no point is seen in it.
+    """
     path = Path(path)
     reader = _READERS.get(path.suffix.lower())
     if reader is None:

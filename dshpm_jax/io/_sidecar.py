@@ -39,7 +39,10 @@ def write_sidecar(labelling: Labelling, path: str | Path, record: Mapping[str, A
 
 
 def sidecar(labelling: Labelling) -> dict[str, Any]:
-    """What `write_sidecar` writes and `read_sidecar` gives back."""
+    """What `write_sidecar` writes and `read_sidecar` gives back.
+
+    Frames and columns count from 0; `trajectories` has an entry for each.
+    """
     recording, model = labelling.recording, labelling.model
     return {
         "format": FORMAT,

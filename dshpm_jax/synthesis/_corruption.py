@@ -33,7 +33,10 @@ class Truth(NamedTuple):
 
 
 def open_gaps(recording: Recording, fraction: float, rng: np.random.Generator) -> Recording:
-    """Removes `fraction` of the points in gaps of 1 frame to 1 s, evenly among the columns (section 5.2.2)."""
+    """Removes `fraction` of the points in gaps of 1 frame to 1 s, evenly among the columns (section 5.2.2).
+
+    The share, 0 to 1, is of the points that are seen and met to the point; the same `rng` opens the same gaps.
+    """
     _check_fraction(fraction, 1.0)
     points = np.array(recording.points)
     seen = np.array(recording.present)
@@ -56,7 +59,7 @@ def add_ghosts(recording: Recording, fraction: float, rng: np.random.Generator, 
 
     A ghost lasts 1 frame to 1 s, goes straight from one random place to another, and has a column of its own without
     a name. The places are drawn in the box about the whole take, as in the paper; with `near`, in the box about the
-    points seen in those frames, where a ghost is far harder to tell from a marker.
+    points seen in those frames, where a ghost is far harder to tell from a marker. `rng` draws them.
     """
     _check_fraction(fraction, np.inf)
     quota = round(fraction * recording.num_frames * int(recording.labelled.sum()))
@@ -77,7 +80,7 @@ def add_ghosts(recording: Recording, fraction: float, rng: np.random.Generator, 
 
 
 def distort(recording: Recording, level: float, segment_length: float, rng: np.random.Generator) -> Recording:
-    """Adds independent noise to every coordinate of every point (section 5.2.1).
+    """Adds independent noise, drawn by `rng`, to every coordinate of every point (section 5.2.1).
 
     The standard deviation is 0.5 `level` `segment_length` / sqrt(6): the difference of two points has six such
     coordinates in it, so its root mean square changes by half the distortion level times the mean segment length (mm).
@@ -91,6 +94,7 @@ def scramble(recording: Recording, rng: np.random.Generator, trajectories: bool 
 
     Arguments:
         recording: labelled columns are markers, those without a name are ghosts.
+        rng: draws the order.
         trajectories: each unbroken path gets a column of its own; otherwise the points of every frame are shuffled over
             the columns and nothing tells which continues which.
     """

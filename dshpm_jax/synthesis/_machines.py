@@ -43,7 +43,10 @@ BONES_OF_A_FINGER = ("proximal", "middle", "distal")
 def robot_arm(frames: int = 600, rate: float = 60.0, subject: int = 0, seed: int = 0) -> Synthetic:
     """A robot arm on a fixed base, seven rigid links with three or four markers each, nothing shared.
 
-    `subject` changes its size, `seed` its programme.
+    Arguments:
+        frames, rate: length of the take and frames a second.
+        subject: changes its size.
+        seed: its programme.
     """
     size = 1 + ROBOT_SIZE_STEP * subject
     seconds = np.arange(frames) / rate
@@ -76,6 +79,11 @@ def hand(frames: int = 600, rate: float = 60.0, subject: int = 0, seed: int = 0)
 
     Its markers are as near as 15 mm to each other, and ten bones have two only: the hard end of what can be labelled.
     The palm's frame: x to the finger tips, y to the thumb, z out of the back of the hand.
+
+    Arguments:
+        frames, rate: length of the take and frames a second.
+        subject: whose hand it is, from 0.
+        seed: of the take.
     """
     rng = np.random.default_rng([subject, 4])
     size = 1.0 if subject == 0 else rng.uniform(0.9, 1.15)
