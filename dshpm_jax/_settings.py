@@ -83,7 +83,7 @@ class Settings:
             raise ValueError(f"{path}: {one_line(f'no settings can be read: {error}')}") from None
         known = {field.name for field in dataclasses.fields(cls)}
         if unknown := sorted(found.keys() - known):
-            names = one_line(", ".join(unknown))
+            names = one_line(", ".join(unknown), 100)
             raise ValueError(f"{path}: unknown settings {names}; known are {', '.join(sorted(known))}")
         try:
             return cls(**found)

@@ -156,6 +156,8 @@ def test_settings_file(folder, capsys, labeller):
         (folder / "s.toml").write_text(wrong + "\n")
         status, _, err = command(capsys, "label", "walk.c3d", "-o", "out", "--settings", "s.toml")
         assert status == 2 and wrong.split()[0] in err and err.count("\n") == 1
+    (folder / "s.toml").write_text("a" * 5000 + " = 1\n")
+    assert len(command(capsys, "label", "walk.c3d", "-o", "out", "--settings", "s.toml")[2]) < 700
     (folder / "s.toml").write_text("methd = " + "[" * 100_000)
     status, _, err = command(capsys, "label", "walk.c3d", "-o", "out", "--settings", "s.toml")
     assert status == 2 and "no settings can be read" in err and err.count("\n") == 1
