@@ -11,6 +11,8 @@ from dshpm_jax.io._c3d_parameters import CHAR, DEC, FLOAT, INT, INTEL, MIPS, Gro
 from dshpm_jax.synthesis import person
 
 FRAMES = 12
+KNOWN = person(27, frames=2, seed=1).recording.labels
+"""The markers that segments may name."""
 
 
 def write_seeds(folder: Path) -> list[Path]:

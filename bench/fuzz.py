@@ -25,7 +25,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from _fuzz_seeds import write_seeds
+from _fuzz_seeds import KNOWN, write_seeds
 
 from dshpm_jax import Settings
 from dshpm_jax.io import SUBJECT_FILES, ReadError, first_frame, read, read_model, read_segments
@@ -124,7 +124,7 @@ def _read(path: Path) -> str:
 
 def _reader(path: Path) -> Callable[[Path], object]:
     if path.suffix == ".toml":
-        return Settings.from_toml if path.name.startswith("settings") else lambda p: read_segments(p, [])
+        return Settings.from_toml if path.name.startswith("settings") else lambda p: read_segments(p, KNOWN)
     if path.suffix == ".json" or path.suffix in SUBJECT_FILES:
         return read_model
     return lambda p: (first_frame(p), read(p))
