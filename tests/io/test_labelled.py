@@ -11,6 +11,7 @@ from dshpm_jax.io._c3d import fresh_layout
 from dshpm_jax.io._c3d_format import read_layout, write_layout
 
 C3D_FILES = [
+    "pycgm-39-ghosts/Static_trial.c3d",
     "pycgm-39-ghosts/Movement_trial.c3d",
     "vicon-fullbody-52-vsk/nick_freeform_001.c3d",
     "vicon-fullbody-52-vsk/squat.c3d",
