@@ -10,7 +10,7 @@ from jaxtyping import Float, Int
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._model_building.shapes import fit
 from dshpm_jax._recording import Recording
-from dshpm_jax._trajectories import Trajectories
+from dshpm_jax._trajectories import Trajectories, by_marker
 from dshpm_jax._types import NO_MATCH
 
 
@@ -63,9 +63,7 @@ class Labelling:
         own columns no longer shows, so the new recording has no source.
         """
         found, points = self.identities, self.recording.points
-        markers = np.full((len(points), self.model.num_markers, 3), np.nan)
-        frame, column = np.nonzero(found != NO_MATCH)
-        markers[frame, found[frame, column]] = points[frame, column]
+        markers = by_marker(points, found, self.model.num_markers)
         rest = np.where((found == NO_MATCH)[..., None], points, np.nan)
         rest = rest[:, np.isfinite(rest).any((0, 2))]
         labels = (*self.model.markers, *(f"*{k + 1}" for k in range(rest.shape[1])))

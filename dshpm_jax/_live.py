@@ -12,6 +12,7 @@ from dshpm_jax._model import SubjectModel
 from dshpm_jax._pretracking import pretrack
 from dshpm_jax._recording import Recording
 from dshpm_jax._settings import Settings
+from dshpm_jax._trajectories import by_marker
 from dshpm_jax._types import NO_MATCH
 
 WINDOW = 2.0  # delays that are looked at together
@@ -39,10 +40,7 @@ class LabelledFrames:
     @property
     def markers(self) -> Float[np.ndarray, "frames markers 3"]:
         """Where each marker of the model is (mm), NaN where it was not found."""
-        found = np.full((len(self), self.model.num_markers, 3), np.nan)
-        frame, column = np.nonzero(self.identities != NO_MATCH)
-        found[frame, self.identities[frame, column]] = self.points[frame, column]
-        return found
+        return by_marker(self.points, self.identities, self.model.num_markers)
 
 
 class Labeller:

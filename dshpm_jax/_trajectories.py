@@ -69,6 +69,22 @@ class Trajectories:
         return np.where(inside[..., None], found, np.nan)
 
 
+def by_marker(
+    points: Float[np.ndarray, "*frames points 3"], identities: Int[np.ndarray, "*frames points"], markers: int
+) -> Float[np.ndarray, "*frames markers 3"]:
+    """The place of each marker (mm), NaN where no point carries it."""
+    places = np.full((*points.shape[:-2], markers, 3), np.nan)
+    named = np.nonzero(identities != NO_MATCH)
+    places[*named[:-1], identities[named]] = points[named]
+    return places
+
+
+def runs(where: Bool[np.ndarray, " frames"]) -> list[tuple[int, int]]:
+    """Half-open ranges of the frames in which something holds."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], where, [False]]).astype(np.int8)))
+    return list(zip(edges[::2].tolist(), edges[1::2].tolist()))
+
+
 def from_columns(
     points: Float[np.ndarray, "frames points 3"],
     rate: float,

@@ -5,11 +5,23 @@ from pathlib import Path
 
 import jax
 import pytest
+from making import make_model, make_recording
+
+from dshpm_jax import io
 
 jax.config.update("jax_numpy_dtype_promotion", "strict")
 jax.config.update("jax_numpy_rank_promotion", "raise")
 
 DATA = Path(os.environ.get("DSHPM_DATA", Path(__file__).resolve().parents[2] / "shared" / "data"))
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch) -> Path:
+    """The working folder of a command: a recording `walk.c3d` with the labels that `model.json` knows."""
+    monkeypatch.chdir(tmp_path)
+    io.write_c3d(make_recording(60), tmp_path / "walk.c3d")
+    io.write_model(make_model(("LASI", "RASI", "SACR")), tmp_path / "model.json")
+    return tmp_path
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from making import make_labelling, make_model, make_recording
+from making import make_labelling, make_recording
 from text_files import FILES
 
 from dshpm_jax import Recording, io
@@ -25,14 +25,6 @@ def labeller(monkeypatch):
             yield make_labelling(recording, list(model.markers))
 
     monkeypatch.setitem(sys.modules, "dshpm_jax._label", SimpleNamespace(label_many=label_many))
-
-
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    io.write_c3d(make_recording(60), tmp_path / "walk.c3d")
-    io.write_model(make_model(MARKERS), tmp_path / "model.json")
-    return tmp_path
 
 
 def command(capsys, *arguments):

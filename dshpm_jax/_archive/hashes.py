@@ -3,6 +3,7 @@
 import dataclasses
 import hashlib
 import json
+from functools import lru_cache
 from pathlib import Path
 
 from dshpm_jax import io
@@ -28,12 +29,16 @@ def hash_settings(settings: Settings) -> str:
 
 def read_models(paths: tuple[Path, ...]) -> tuple[SubjectModel, str]:
     """The model of the subjects of `paths`, and a hash that tells it from others."""
-    hashes = [hash_file(path) for path in paths]
+    hashes = tuple(hash_file(path) for path in paths)
+    model = _read_models(paths, hashes)
+    return model, hashes[0] if len(paths) == 1 else _hash([subjects(paths), hashes])
+
+
+@lru_cache(maxsize=8)
+def _read_models(paths: tuple[Path, ...], hashes: tuple[str, ...]) -> SubjectModel:
+    """Read once for all batches of a process, as long as the files have these hashes; subject files take seconds."""
     found = [io.read_model(path) for path in paths]
-    if len(paths) == 1:
-        return found[0], hashes[0]
-    names = subjects(paths)
-    return combine_models(dict(zip(names, found))), _hash([names, hashes])
+    return found[0] if len(paths) == 1 else combine_models(dict(zip(subjects(paths), found)))
 
 
 def _hash(value: object) -> str:

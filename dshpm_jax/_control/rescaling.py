@@ -14,12 +14,12 @@ from dshpm_jax._control.turning import turn
 from dshpm_jax._control.voting import vote
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._model_building import Neighbourhood
-from dshpm_jax._model_building.neighbours import weighted_fit
+from dshpm_jax._model_building.neighbours import predict_last
 from dshpm_jax._recording import Recording
 from dshpm_jax._requests import Control, Together
 from dshpm_jax._settings import Settings
 from dshpm_jax._subjects import subjects_of
-from dshpm_jax._trajectories import Trajectories
+from dshpm_jax._trajectories import Trajectories, by_marker
 from dshpm_jax._types import MIN_FIT_POINTS, NO_MATCH, NO_PARENT
 
 FACTORS = np.geomspace(0.82, 1.22, 10)
@@ -79,7 +79,8 @@ def refitted(model: SubjectModel, trajectories: Trajectories, identity: np.ndarr
 
     What is labelled too rarely stands where the old model predicts it; if it cannot, the old model it remains.
     """
-    points = _places(trajectories, identity, model.num_markers)
+    labels = np.where(trajectories.index != NO_MATCH, identity[trajectories.index], NO_MATCH)
+    points = by_marker(trajectories.points, labels, model.num_markers)
     seen = np.isfinite(points).all(-1).sum(0)
     rare = np.flatnonzero(seen < FEW_FRAMES)
     points[:, rare] = np.stack([_predicted(model.neighbourhoods[m], points) for m in rare], 1) if len(rare) else 0.0
@@ -95,20 +96,11 @@ def refitted(model: SubjectModel, trajectories: Trajectories, identity: np.ndarr
     return SubjectModel.from_recordings([Recording(points, model.markers, trajectories.rate)], segments)
 
 
-def _places(trajectories: Trajectories, identity: np.ndarray, markers: int) -> Float[np.ndarray, "frames markers 3"]:
-    points = np.full((trajectories.num_frames, markers, 3), np.nan)
-    for j in np.flatnonzero(identity != NO_MATCH):
-        life = slice(trajectories.start[j], trajectories.stop[j])
-        points[life, identity[j]] = trajectories.points[life, trajectories.slot[j]]
-    return points
-
-
 def _predicted(near: Neighbourhood, points: Float[np.ndarray, "frames markers 3"]) -> Float[np.ndarray, "frames 3"]:
     """Where the neighbours of a marker say that it is, NaN where fewer than three of them are seen."""
     around = points[:, list(near.markers)]
     enough = np.isfinite(around).all(-1).sum(1) >= MIN_FIT_POINTS
     places = np.full((len(points), 3), np.nan)
     if enough.any():
-        rotation, translation, _ = weighted_fit(near.shape[:-1], around[enough], 1 / near.softness**2)
-        places[enough] = rotation @ near.shape[-1] + translation
+        places[enough] = predict_last(near.shape, around[enough], 1 / near.softness**2)
     return places

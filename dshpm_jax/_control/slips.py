@@ -1,7 +1,9 @@
 """Points that leap off for a few frames and come back: reflections, and gaps filled badly, under a sound label."""
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
+
+from dshpm_jax._trajectories import runs
 
 LEAP = 10.0
 """Millimetres by which a point leaves its course in one step, at the least, when it becomes another point."""
@@ -43,7 +45,8 @@ def slips(
     for column in judged:
         fall = np.nan_to_num(np.nanmedian(own[:, column]) - own[:, column])
         for least in SLIPS:
-            for first, last in _runs(fall > least):
+            for first, stop in runs(fall > least):
+                last = stop - 1
                 torn = 0 < first and last + 1 < len(own) and min(leap[first - 1, column], leap[last, column]) > LEAP
                 short = last - first < LONGEST_SECONDS * rate
                 if torn and short and _off_its_way(points[:, column], first, last) > OFF:
@@ -62,9 +65,3 @@ def _off_its_way(points: Float[np.ndarray, "frames 3"], first: int, last: int) -
     here = np.arange(first, last + 1)
     way = np.vander(here - first, 3) @ np.polyfit(around - first, points[around], 2)
     return float(np.linalg.norm(way - points[here], axis=-1).max())
-
-
-def _runs(where: Bool[np.ndarray, " frames"]) -> list[tuple[int, int]]:
-    """First and last frame of every run."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], where, [False]]).astype(int)))
-    return [(int(a), int(b) - 1) for a, b in zip(edges[::2], edges[1::2])]

@@ -92,10 +92,17 @@ def _prediction_error(points: np.ndarray, shape: np.ndarray, weight: np.ndarray)
     frames = points[seen[:, -1] & (seen[:, :-1].sum(1) >= 3)]
     if not len(frames):
         return np.nan
-    rotation, translation, _ = weighted_fit(shape[:-1], frames[:, :-1], weight)
-    error = np.linalg.norm(np.einsum("fij,j->fi", rotation, shape[-1]) + translation - frames[:, -1], axis=1)
+    error = np.linalg.norm(predict_last(shape, frames[:, :-1], weight) - frames[:, -1], axis=1)
     error = np.sort(error)[: max(1, int(0.99 * len(error)))]
     return float(np.sqrt((error**2).mean()))
+
+
+def predict_last(
+    shape: Float[np.ndarray, "neighbours+1 3"], points: Float[np.ndarray, "frames neighbours 3"], weight: np.ndarray
+) -> Float[np.ndarray, "frames 3"]:
+    """Where the last place of a shape is when the others are fitted to the points seen, three or more of them (mm)."""
+    rotation, translation, _ = weighted_fit(shape[:-1], points, weight)
+    return np.einsum("fij,j->fi", rotation, shape[-1]) + translation
 
 
 def as_arrays(

@@ -1,6 +1,5 @@
 """Gaps of markers, filled from the markers that go with them."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -12,6 +11,7 @@ from dshpm_jax._model import SubjectModel
 from dshpm_jax._model_building.shapes import weighted_fit
 from dshpm_jax._reconstruction.rigid import MIN_PLANE_SPREAD_MM, Poses
 from dshpm_jax._recording import Recording
+from dshpm_jax._trajectories import runs
 from dshpm_jax._types import MIN_FIT_POINTS
 
 CONTEXT_SECONDS, MIN_CONTEXT = 0.04, 3
@@ -44,7 +44,16 @@ class _Body(NamedTuple):
     place: Float[np.ndarray, "3"]
 
 
-def marker_columns(recording: Recording, model: SubjectModel) -> dict[int, int]:
+def marker_points(recording: Recording, model: SubjectModel) -> Float[np.ndarray, "frames markers 3"]:
+    """The points of each marker of the model (mm), NaN where it is not seen."""
+    columns = _marker_columns(recording, model)
+    points = np.full((recording.num_frames, model.num_markers, 3), np.nan)
+    points[:, list(columns)] = recording.points[:, list(columns.values())]
+    points[~np.isfinite(points).all(-1)] = np.nan
+    return points
+
+
+def _marker_columns(recording: Recording, model: SubjectModel) -> dict[int, int]:
     """The column of each marker of the model that the recording has."""
     return {m: recording.labels.index(name) for m, name in enumerate(model.markers) if name in recording.labels}
 
@@ -52,25 +61,16 @@ def marker_columns(recording: Recording, model: SubjectModel) -> dict[int, int]:
 def fill(recording: Recording, model: SubjectModel, poses: Poses, max_seconds: float | None = None) -> Filled:
     """Fills what `poses` and the markers around allow; see `Motion.filled`."""
     longest = recording.num_frames if max_seconds is None else max_seconds * recording.rate
-    columns = marker_columns(recording, model)
     points, seen = np.array(recording.points, np.float64), recording.present
-    measured = np.full((recording.num_frames, model.num_markers, 3), np.nan)
-    for marker, column in columns.items():
-        measured[seen[:, column], marker] = points[seen[:, column], column]
-    for marker, column in columns.items():
+    measured = marker_points(recording, model)
+    for marker, column in _marker_columns(recording, model).items():
         if seen[:, column].any():
-            for start, stop in gaps(seen[:, column]):
+            for start, stop in runs(~seen[:, column]):
                 if stop - start <= longest:
                     path = _path(model, measured, poses, recording.rate, marker, start, stop)
                     points[start:stop, column] = path
     there = np.isfinite(points).all(-1)
     return Filled(replace(recording, points=points), np.asarray(there & ~seen))
-
-
-def gaps(seen: Bool[np.ndarray, " frames"]) -> Iterator[tuple[int, int]]:
-    """Half-open runs of frames in which a marker is not seen."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[True], seen, [True]]).astype(np.int8)))
-    yield from zip(edges[::2].tolist(), edges[1::2].tolist())
 
 
 def _path(

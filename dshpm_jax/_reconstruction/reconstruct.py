@@ -5,7 +5,7 @@ from jaxtyping import Float
 
 from dshpm_jax._labelling import Labelling
 from dshpm_jax._model import SubjectModel
-from dshpm_jax._reconstruction.filling import marker_columns
+from dshpm_jax._reconstruction.filling import marker_points
 from dshpm_jax._reconstruction.interpolation import interpolate
 from dshpm_jax._reconstruction.motion import Found, Motion
 from dshpm_jax._reconstruction.rigid import Poses, rigid_poses
@@ -60,15 +60,6 @@ def _named(labelled: Labelling | Recording, model: SubjectModel | None) -> tuple
     if not set(labelled.labels) & set(model.markers):
         raise ValueError("none of its labels is in the model; give a labelled recording and the model of its subject")
     return labelled, model
-
-
-def marker_points(recording: Recording, model: SubjectModel) -> Float[np.ndarray, "frames markers 3"]:
-    """The points of each marker of the model (mm), NaN where it is not seen."""
-    columns = marker_columns(recording, model)
-    points = np.full((recording.num_frames, model.num_markers, 3), np.nan)
-    points[:, list(columns)] = recording.points[:, list(columns.values())]
-    points[~np.isfinite(points).all(-1)] = np.nan
-    return points
 
 
 def _has_pose(poses: Poses) -> np.ndarray:

@@ -43,7 +43,7 @@ def vicon_table(file: TextLines) -> ViconTable:
         raise ReadError(file.path, "it has no section 'Trajectories'", _REMEDY)
     axes_at = _axes_row(file, start)
     delimiter = max(",;\t", key=file.lines[axes_at].count)
-    labels, axes, units = (_padded(file, row, delimiter) for row in (axes_at - 1, axes_at, axes_at + 1))
+    labels, axes, units = (split(file.lines[row], delimiter) for row in (axes_at - 1, axes_at, axes_at + 1))
     columns = [c for c in range(2, len(axes) - 2) if [a.upper() for a in axes[c : c + 3]] == ["X", "Y", "Z"]]
     below = axes_at + 2
     end = next((k for k in range(below, len(file.lines)) if not file.lines[k].strip(" \t,;")), len(file.lines))
@@ -79,10 +79,6 @@ def _rate(file: TextLines, start: int, axes_at: int) -> float:
         raise ReadError(
             file.path, f"its rate is '{text[:40]}', which is no number", "set it below 'Trajectories'"
         ) from None
-
-
-def _padded(file: TextLines, row: int, delimiter: str) -> list[str]:
-    return split(file.lines[row], delimiter)
 
 
 def _cell(cells: Sequence[str], column: int) -> str:

@@ -11,6 +11,7 @@ from scipy.spatial.distance import cdist
 
 from dshpm_jax._hierarchy import Segment, depth_first
 from dshpm_jax._labelling import Labelling
+from dshpm_jax._trajectories import by_marker
 from dshpm_jax._types import NO_MATCH
 from dshpm_jax.report._looks import COLOURS, shortest_tree, upward
 
@@ -92,10 +93,9 @@ def _panes(labelling: Labelling, frames: Sequence[int]) -> list[Pane]:
     identities, points = labelling.identities, labelling.recording.points
     found = []
     for t in frames:
-        markers = np.full((labelling.model.num_markers, 3), np.nan)
-        named = identities[t] != NO_MATCH
-        markers[identities[t, named]] = points[t, named]
-        found.append(Pane(t, markers, points[t, ~named & np.isfinite(points[t]).all(-1)]))
+        markers = by_marker(points[t], identities[t], labelling.model.num_markers)
+        others = (identities[t] == NO_MATCH) & np.isfinite(points[t]).all(-1)
+        found.append(Pane(t, markers, points[t, others]))
     return found
 
 

@@ -147,14 +147,6 @@ def test_a_page_gives_way_to_a_page_and_nothing_else(tmp_path):
     assert (tmp_path / "b.html").read_text() == "my own" and len(list(tmp_path.iterdir())) == 2
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    io.write_c3d(make_recording(60), tmp_path / "walk.c3d")
-    io.write_model(make_model(MARKERS), tmp_path / "model.json")
-    return tmp_path
-
-
 def command(capsys, *arguments):
     status = main(list(arguments))
     out, err = capsys.readouterr()
