@@ -91,11 +91,31 @@ def test_a_match_that_its_motion_contradicts_is_refused():
     assert run(verify(scene, known, right_match(scene, TRUNK, 0)))[0] is None and known.fits == 1
 
 
-def test_a_match_that_is_gone_later_is_refused():
+@pytest.mark.parametrize(("method", "gone", "verified"), [("paper", 5, True), ("paper", 1, False), ("full", 5, False)])
+def test_a_match_that_is_hidden_soon_is_verified_by_what_it_still_shows(method, gone, verified):
     points = chain.motion(40)
-    points[5:, :3] = np.nan
+    points[gone:, :3] = np.nan
+    scene = chain.scene(points, method=method)
+    match = right_match(scene, TRUNK, 0)
+    found, driver = run(verify(scene, Known.nothing(scene), match))
+    assert (found is match) is verified and bool(driver.requests(FitPoses)) is verified
+
+
+def test_a_match_that_falls_apart_before_it_is_hidden_is_refused():
+    points = chain.motion(40)
+    points[:, 3] += np.linspace(0, 4, 40)[:, None] * [400, 0, 0]
+    points[12:, :2] = np.nan  # two markers remain at the end of the interval
     scene = chain.scene(points)
     assert run(verify(scene, Known.nothing(scene), right_match(scene, TRUNK, 0)))[0] is None
+
+
+def test_going_back_a_match_is_verified_where_three_markers_are_still_seen():
+    points = chain.motion(40)
+    points[:30, :3] = np.nan
+    scene = chain.scene(points)
+    match = right_match(scene, TRUNK, 39)
+    assert scene.later(39) < 30
+    assert run(verify(scene, Known.nothing(scene), match))[0] is match
 
 
 def test_the_static_method_and_small_segments_are_not_verified():
