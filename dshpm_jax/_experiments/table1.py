@@ -1,4 +1,8 @@
-"""Identification by marker protocol and activity, beside the figures of the paper (section 5.1.3, Table 1)."""
+"""Identification by marker protocol and activity, beside the figures of the paper (section 5.1.3, Table 1).
+
+The paper says how many points were missing or extra, and how many trajectories there were; both together say how
+broken its recordings were. Every row is run so, and once more with far more and shorter gaps and ghosts.
+"""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -9,16 +13,23 @@ import numpy as np
 from dshpm_jax._experiments.figures import COLOURS, INK, panels, save
 from dshpm_jax._experiments.records import Records, write_rows
 from dshpm_jax._experiments.statistics import Mean, mean_of, precision_of
-from dshpm_jax._experiments.subjects import Subject, piece, synthetic
+from dshpm_jax._experiments.subjects import RATE, Subject, piece, synthetic
 from dshpm_jax._experiments.trials import NAMES, Case, Outcome, Plan, Point, generator, spoilt
+from dshpm_jax._recording import Recording
 from dshpm_jax._settings import Method
 from dshpm_jax.synthesis import add_ghosts, open_gaps
 
 PROTOCOLS = (27, 34, 49)
 ACTIVITIES = {"walking": 1, "running": 1, "freeform": 2}  # and how many times as long as the first their takes are
 METHODS: tuple[Method, ...] = ("paper", "full")
-LEAST, MOST = 0.10, 0.15  # of the points missing, and as many extra: "about 10-15%"
-SIZE = (3.8, 3.6)  # inches
+LEAST, MOST = 0.10, 0.15  # of the points: "average missing and extra data is about 10-15%"
+AS_PUBLISHED, BROKEN = 0.0, 1.0
+"""Levels of a row. As published: so many points missing and extra together, in as many gaps and ghosts as the paper's
+row has trajectories beyond its markers. Broken: so many missing, and so many again extra, in pieces of up to a second
+as in section 5.2.2, which makes several times as many trajectories."""
+BREAKS = {AS_PUBLISHED: "as published", BROKEN: "of up to 1 s"}
+PAPER_FRAMES = 600  # of its shorter takes
+SIZE = (3.8, 4.2)  # inches
 
 
 class Published(NamedTuple):
@@ -40,8 +51,8 @@ PUBLISHED = {
     (49, "running"): Published(65, 0.94, 220),
     (49, "freeform"): Published(128, 0.91, 130),
 }
-HEADER = ("markers", "activity", "frames", "method", "trials", "trajectories", "rate", "low", "high", "precision")
-BESIDE = ("frames_per_second", "frames_per_second_alone")
+HEADER = ("markers", "activity", "breaks", "frames", "method", "trials")
+OWN = ("trajectories", "rate", "low", "high", "precision", "frames_per_second", "frames_per_second_alone")
 OF_THE_PAPER = ("paper_trajectories", "paper_rate", "paper_frames_per_second")
 
 
@@ -51,27 +62,43 @@ def plan(frames: int, seed: int) -> Plan:
     def subject(point: Point, trial: int) -> Subject:
         return synthetic(point.markers, point.kind, ACTIVITIES[point.kind] * frames, trial + 1, seed)
 
-    kinds = [(markers, activity) for markers in PROTOCOLS for activity in ACTIVITIES]
-    return _plan(kinds, subject, max(ACTIVITIES.values()) * frames, seed)
+    rows = [(*kind, level) for level in BREAKS for kind in PUBLISHED if kind[0] in PROTOCOLS]
+    return _plan(rows, subject, max(ACTIVITIES.values()) * frames, seed)
 
 
 def plan_of(subject: Subject, name: str, frames: int, seed: int) -> Plan:
-    """A single row: pieces of one recording."""
-    return _plan([(subject.recording.points.shape[1], name)], lambda *_: subject, frames, seed)
+    """A single row: pieces of one recording, broken as no row of the paper says."""
+    return _plan([(subject.recording.points.shape[1], name, BROKEN)], lambda *_: subject, frames, seed)
 
 
-def _plan(kinds: Sequence[tuple[int, str]], subject: Callable[[Point, int], Subject], frames: int, seed: int) -> Plan:
+def _plan(
+    rows: Sequence[tuple[int, str, float]], subject: Callable[[Point, int], Subject], frames: int, seed: int
+) -> Plan:
     def case(point: Point, trial: int) -> Case:
         who, rng = subject(point, trial), generator(seed, point, trial)
-        missing, extra = rng.uniform(LEAST, MOST, 2)
-        worn = add_ghosts(open_gaps(piece(who.recording, frames, rng), missing, rng), extra, rng)
-        return spoilt(worn, who.model, rng)
+        return spoilt(_worn(piece(who.recording, frames, rng), point, rng), who.model, rng)
 
-    return Plan([Point(*kind, 0.0, method) for kind in kinds for method in METHODS], case)
+    return Plan([Point(*row, method) for row in rows for method in METHODS], case)
+
+
+def _worn(whole: Recording, point: Point, rng: np.random.Generator) -> Recording:
+    """The recording with the gaps and ghosts of its row."""
+    missing, extra = rng.uniform(LEAST, MOST, 2)
+    if point.level == BROKEN:
+        return add_ghosts(open_gaps(whole, missing, rng), extra, rng)
+    missing, extra = missing / 2, extra / 2
+    longest = 2 * (missing + extra) * whole.points.shape[1] / _breaks_a_second(point)  # twice the mean
+    return add_ghosts(open_gaps(whole, missing, rng, longest), extra, rng, longest_seconds=longest)
+
+
+def _breaks_a_second(point: Point) -> float:
+    """Gaps and ghosts that begin in a second of the paper's row: each makes one more trajectory."""
+    seconds = PAPER_FRAMES * ACTIVITIES[point.kind] / RATE
+    return (PUBLISHED[point.markers, point.kind].trajectories - point.markers) / seconds
 
 
 def write_table(plan: Plan, records: Records, path: Path) -> None:
-    """A row for each protocol, activity and method, with the paper's own figures behind."""
+    """A row for each protocol, activity, way of breaking and method, with the paper's own figures behind."""
     rows = []
     for point in plan.points:
         found = records.of(point)
@@ -79,8 +106,9 @@ def write_table(plan: Plan, records: Records, path: Path) -> None:
         trajectories = float(np.mean([one.trajectories for one in found]))
         own = (trajectories, *trajectory_rate_of(found), precision_of(found), *speed_of(found))
         paper = PUBLISHED.get((point.markers, point.kind), ("", "", ""))
-        rows.append((point.markers, point.kind, frames, NAMES[point.method], len(found), *own, *paper))
-    write_rows(path, (*HEADER, *BESIDE, *OF_THE_PAPER), rows)
+        what = (point.markers, point.kind, BREAKS[point.level], frames, NAMES[point.method], len(found))
+        rows.append((*what, *own, *paper))
+    write_rows(path, (*HEADER, *OWN, *OF_THE_PAPER), rows)
 
 
 def trajectory_rate_of(outcomes: Sequence[Outcome]) -> Mean:
@@ -95,18 +123,21 @@ def speed_of(outcomes: Sequence[Outcome]) -> tuple[float, float]:
 
 
 def draw(plan: Plan, records: Records, path: Path) -> None:
-    """Rates and frames a second of every row, the paper's beside ours."""
+    """Rates and frames a second of every row, the paper's beside ours; hollow where recordings are more broken."""
     kinds = list(dict.fromkeys((point.markers, point.kind) for point in plan.points))
     figure, (rates, speeds) = panels(2, SIZE)
     heights = np.arange(len(kinds))[::-1]
     published = [PUBLISHED.get(kind) for kind in kinds]
     _published(rates, heights, [p and 100 * p.rate for p in published])
     _published(speeds, heights, [p and p.frames_per_second for p in published])
-    for method, lift in zip(METHODS, (-0.14, 0.14), strict=True):
-        found = [records.of(Point(*kind, 0.0, method)) for kind in kinds]
+    levels = sorted({point.level for point in plan.points})
+    series: list[tuple[float, Method]] = [(level, method) for level in levels for method in METHODS]
+    for (level, method), lift in zip(series, np.linspace(0.27, -0.27, len(series)), strict=True):
+        found = [records.of(Point(*kind, level, method)) for kind in kinds]
         means = 100 * np.array([trajectory_rate_of(some) for some in found])
         error = np.nan_to_num(np.abs(means[:, 1:] - means[:, :1]).T)
-        look = {"color": COLOURS[method], "label": NAMES[method]}
+        hollow = {"markerfacecolor": "white"} if level == BROKEN else {}
+        look = {"color": COLOURS[method], "label": f"{NAMES[method]}, gaps {BREAKS[level]}", **hollow}
         rates.errorbar(means[:, 0], heights + lift, xerr=error, fmt="o", elinewidth=1, capsize=1.5, **look)
         speeds.plot([speed_of(some)[0] for some in found], heights + lift, "o", **look)
     rates.set_yticks(heights, [f"{activity}, {markers} markers" for markers, activity in kinds])

@@ -32,8 +32,10 @@ class Truth(NamedTuple):
         return renumbered[self.identities]  # NO_MATCH is -1 and takes the last
 
 
-def open_gaps(recording: Recording, fraction: float, rng: np.random.Generator) -> Recording:
-    """Removes `fraction` of the points in gaps of 1 frame to 1 s, evenly among the columns (section 5.2.2).
+def open_gaps(
+    recording: Recording, fraction: float, rng: np.random.Generator, longest_seconds: float = LONGEST_SECONDS
+) -> Recording:
+    """Removes `fraction` of the points in gaps of up to `longest_seconds`, evenly among the columns (section 5.2.2).
 
     The share, 0 to 1, is of the points that are seen and met to the point; the same `rng` opens the same gaps.
     """
@@ -41,7 +43,7 @@ def open_gaps(recording: Recording, fraction: float, rng: np.random.Generator) -
     points = np.array(recording.points)
     seen = np.array(recording.present)
     quota = round(fraction * seen.sum())
-    longest = _longest(recording)
+    longest = _longest(recording, longest_seconds)
     columns: list[int] = []
     while quota > 0:
         columns = columns or list(rng.permutation(seen.shape[1]))  # each once before any comes again
@@ -54,18 +56,25 @@ def open_gaps(recording: Recording, fraction: float, rng: np.random.Generator) -
     return replace(recording, points=points)
 
 
-def add_ghosts(recording: Recording, fraction: float, rng: np.random.Generator, near: bool = False) -> Recording:
+def add_ghosts(
+    recording: Recording,
+    fraction: float,
+    rng: np.random.Generator,
+    near: bool = False,
+    longest_seconds: float = LONGEST_SECONDS,
+) -> Recording:
     """Adds false trajectories: `fraction` as many points as there are frames times labelled columns (section 5.2.2).
 
-    A ghost lasts 1 frame to 1 s, goes straight from one random place to another, and has a column of its own without
-    a name. The places are drawn in the box about the whole take, as in the paper; with `near`, in the box about the
-    points seen in those frames, where a ghost is far harder to tell from a marker. `rng` draws them.
+    A ghost lasts 1 frame to `longest_seconds`, goes straight from one random place to another, and has a column of its
+    own without a name. The places are drawn in the box about the whole take, as in the paper; with `near`, in the box
+    about the points seen in those frames, where a ghost is far harder to tell from a marker. `rng` draws them.
     """
     _check_fraction(fraction, np.inf)
     quota = round(fraction * recording.num_frames * int(recording.labelled.sum()))
     ghosts: list[np.ndarray] = []
+    longest = _longest(recording, longest_seconds)
     while quota > 0:
-        length = min(int(rng.integers(1, _longest(recording) + 1)), quota)
+        length = min(int(rng.integers(1, longest + 1)), quota)
         start = int(rng.integers(0, recording.num_frames - length + 1))
         first, last = (_place(recording, t if near else None, rng) for t in (start, start + length - 1))
         ghost = np.full((recording.num_frames, 3), np.nan)
@@ -138,8 +147,8 @@ def _place(recording: Recording, frame: int | None, rng: np.random.Generator) ->
     return rng.uniform(seen.min(0), seen.max(0))
 
 
-def _longest(recording: Recording) -> int:
-    return max(1, min(recording.num_frames, round(LONGEST_SECONDS * recording.rate)))
+def _longest(recording: Recording, seconds: float) -> int:
+    return max(1, min(recording.num_frames, round(seconds * recording.rate)))
 
 
 def _check_fraction(fraction: float, below: float) -> None:

@@ -62,7 +62,7 @@ def numbers(path):
 @pytest.mark.parametrize(
     ("name", "trials_of", "points"),
     [
-        ("table1", "table1", 3 * 2),
+        ("table1", "table1", 3 * 2 * 2),
         ("distortion", "distortion", 3 * 2),
         ("corruption", "corruption", 2 * 3),
         ("complexity", "corruption", 2 * 3),
@@ -84,6 +84,7 @@ def test_table1_has_the_paper_beside_it(labeller, tmp_path):
         assert float(row["frames"]) == (2 * FRAMES if row["activity"] == "freeform" else FRAMES)
         assert 0.9 < float(row["paper_rate"]) < 1 and int(row["paper_frames_per_second"]) >= 130
         assert float(row["trajectories"]) > int(row["markers"])
+    assert {row["breaks"] for row in rows(tmp_path / "table1.csv")} == set(table1.BREAKS.values())
 
 
 def test_the_same_seed_gives_the_same_numbers(labeller, tmp_path):

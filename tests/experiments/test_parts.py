@@ -6,9 +6,18 @@ import pytest
 from dshpm_jax._experiments.distortion import segment_length
 from dshpm_jax._experiments.statistics import mean_of
 from dshpm_jax._experiments.subjects import piece, rooted, synthetic
-from dshpm_jax._experiments.table1 import ACTIVITIES, PROTOCOLS, PUBLISHED
+from dshpm_jax._experiments.table1 import (
+    ACTIVITIES,
+    AS_PUBLISHED,
+    BROKEN,
+    LEAST,
+    MOST,
+    PROTOCOLS,
+    PUBLISHED,
+    plan,
+)
 from dshpm_jax._experiments.trials import Point, generator
-from dshpm_jax._types import NO_PARENT
+from dshpm_jax._types import NO_MATCH, NO_PARENT
 from dshpm_jax.synthesis import distort, person
 
 
@@ -73,3 +82,16 @@ def test_pieces_of_a_recording():
 
 def test_every_row_of_table_1_is_there():
     assert set(PUBLISHED) == {(markers, activity) for markers in PROTOCOLS for activity in ACTIVITIES}
+
+
+@pytest.mark.parametrize(("markers", "activity"), [(27, "walking"), (34, "running"), (49, "freeform")])
+def test_table_1_is_as_broken_as_the_paper_says(markers, activity):
+    """As many trajectories, and as much missing and extra together; the other level breaks far more."""
+    few, many = (plan(600, 1).case(Point(markers, activity, level, "full"), 0) for level in (AS_PUBLISHED, BROKEN))
+    assert few.recording.points.shape[1] == pytest.approx(PUBLISHED[markers, activity].trajectories, rel=0.3)
+    assert many.recording.points.shape[1] > 2 * few.recording.points.shape[1]
+    for case, share in ((few, 0.5), (many, 1.0)):
+        named, present = case.truth != NO_MATCH, case.recording.present
+        whole = markers * case.recording.num_frames
+        missing, extra = 1 - named.sum() / whole, (present & ~named).sum() / whole
+        assert share * LEAST - 1e-3 <= min(missing, extra) and max(missing, extra) <= share * MOST + 1e-3

@@ -38,6 +38,15 @@ def test_gaps_end_within_a_second(clean, rng):
     assert 1 <= min(gone) and max(gone) <= 120  # two gaps may meet
 
 
+def test_longer_pieces_are_fewer(clean, rng):
+    pieces = {}
+    for longest in (1.0, 4.0):
+        worn = add_ghosts(open_gaps(clean, 0.1, rng, longest), 0.1, rng, longest_seconds=longest)
+        assert 1 - worn.present[:, worn.labelled].mean() == pytest.approx(0.1, abs=1e-4)
+        pieces[longest] = len(from_columns(worn.points, worn.rate))
+    assert clean.points.shape[1] < pieces[4.0] < 0.6 * pieces[1.0]
+
+
 @pytest.mark.parametrize("near", [False, True])
 @pytest.mark.parametrize("fraction", [0.0, 0.1, 0.6])
 def test_ghosts_are_as_many_as_asked(clean, rng, fraction, near):
