@@ -24,12 +24,12 @@ def assign_labels(
     if not len(which):
         return identity
     value = gain[which, marker]
-    groups = _conflicts(which, marker, start, stop)
     taken = np.zeros(len(which), bool)
     taken[_best_of_each(which, value)] = True
-    hard = _broken_components(len(which), groups, taken)
-    if hard.any():
-        taken[hard] = _solve(value, [g for g in groups if hard[g[0]]], np.flatnonzero(hard))
+    broken = np.flatnonzero(_broken(which, marker, start, stop, taken))
+    if len(broken):
+        groups = _conflicts(which[broken], marker[broken], start, stop)
+        taken[broken] = _solve(value[broken], groups)
     identity[which[taken]] = marker[taken]
     return identity
 
@@ -40,31 +40,49 @@ def _best_of_each(which: np.ndarray, value: np.ndarray) -> np.ndarray:
     return order[np.r_[True, np.diff(which[order]) > 0]]
 
 
-def _broken_components(pairs: int, groups: list[np.ndarray], taken: np.ndarray) -> np.ndarray:
-    """Pairs of the connected components in which the best of each trajectory break a rule.
+def _broken(which, marker, start, stop, taken) -> np.ndarray:
+    """Pairs of the connected components in which `taken`, the best of each trajectory, has a marker twice in a frame.
 
-    Where they do not, nothing can be better: every trajectory already has the most that it can get.
+    Where it has not, nothing can be better: every trajectory already has the most that it can get.
     """
-    if not groups:
-        return np.zeros(pairs, bool)
-    members = np.concatenate(groups)
-    group = np.repeat(np.arange(len(groups)), [len(g) for g in groups])
-    links = csr_array((np.ones(len(members)), (group + pairs, members)), shape=(pairs + len(groups),) * 2)
+    best = np.flatnonzero(taken)
+    twice = best[_crowded(marker[best], start[which[best]], stop[which[best]])]
+    if not len(twice):
+        return np.zeros(len(which), bool)
+    crowd = _crowds(marker, start[which], stop[which]) + len(start)
+    links = csr_array((np.ones(len(which)), (which, crowd)), shape=(len(start) + len(which),) * 2)
     _, component = connected_components(links, directed=False)
-    crowded = np.bincount(group, taken[members], minlength=len(groups)) > 1
-    return np.isin(component[:pairs], component[pairs + np.flatnonzero(crowded)])
+    return np.isin(component[which], component[which[twice]])
 
 
-def _solve(value: np.ndarray, groups: list[np.ndarray], pairs: np.ndarray) -> np.ndarray:
-    """Which of `pairs` to take for the largest total value, at most one of each group."""
+def _crowds(marker: np.ndarray, start: np.ndarray, stop: np.ndarray) -> np.ndarray:
+    """The number of the crowd of each pair: lives of one marker that hang together through overlaps."""
+    order, begins = _in_turn(marker, start, stop)
+    crowd = np.empty(len(marker), int)
+    crowd[order] = np.cumsum(begins) - 1
+    return crowd
+
+
+def _crowded(marker: np.ndarray, start: np.ndarray, stop: np.ndarray) -> np.ndarray:
+    """Pairs whose life begins while an earlier one of the same marker lasts."""
+    order, begins = _in_turn(marker, start, stop)
+    return order[~begins]
+
+
+def _in_turn(marker: np.ndarray, start: np.ndarray, stop: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs by marker and start, and which of them begin when all earlier lives of their marker are over."""
+    order = np.lexsort((start, marker))
+    apart = (marker[order] - marker.min()) * (stop.max() + 1)  # markers one after the other on one line of time
+    until = np.maximum.accumulate(stop[order] + apart)
+    return order, np.r_[True, start[order][1:] + apart[1:] >= until[:-1]]
+
+
+def _solve(value: np.ndarray, groups: list[np.ndarray]) -> np.ndarray:
+    """Which pairs to take for the largest total value, at most one of each group."""
     rows = np.repeat(np.arange(len(groups)), [len(g) for g in groups])
-    columns = np.searchsorted(pairs, np.concatenate(groups))
-    table = csr_array((np.ones(len(rows)), (rows, columns)), shape=(len(groups), len(pairs)))
+    table = csr_array((np.ones(len(rows)), (rows, np.concatenate(groups))), shape=(len(groups), len(value)))
     found = milp(
-        -value[pairs],
-        integrality=np.ones(len(pairs)),
-        bounds=(0, 1),
-        constraints=LinearConstraint(table, ub=1.0),
+        -value, integrality=np.ones(len(value)), bounds=(0, 1), constraints=LinearConstraint(table, ub=1.0)
     )
     return found.x > 0.5
 

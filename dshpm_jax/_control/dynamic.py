@@ -206,7 +206,7 @@ def correct_parent(
 
 def _identify_again(scene: Scene, known: Known, segment: int, frame: int, banned: frozenset) -> Control:
     """Identifies a segment afresh from the joins that it has now, without the pairs that proved wrong."""
-    own = scene.owned[segment, known.identity]
+    own = scene.body.owned[segment, known.identity]
     shared = _markers_of_others(scene, known, segment)
     known.identity[own & ~np.isin(known.identity, shared)] = NO_MATCH
     match = yield from match_verified(scene, known, segment, frame, banned=banned)

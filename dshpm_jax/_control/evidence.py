@@ -69,7 +69,7 @@ def frame_evidence(
     Of what is known from `before`, only markers with a neighbour that is elsewhere now are judged anew.
     """
     markers = scene.model.num_markers
-    around = scene.neighbourhoods[0]
+    around = scene.body.neighbourhoods[0]
     holder = _holders(named, markers)
     if before is None:
         evidence, fit = np.empty((*named.shape, markers), np.float32), np.empty(len(frames))
@@ -87,7 +87,7 @@ def frame_evidence(
         fit[changed] = posture(scene, identified[changed])
         frame, marker = np.nonzero(stale)
         scene.evidence_fits += FITS_PER_PLACE * len(frame)
-        evidence[frame, :, marker] = yield LifeEvidence(identified, points, frame, marker, *scene.neighbourhoods)
+        evidence[frame, :, marker] = yield LifeEvidence(identified, points, frame, marker, *scene.body.neighbourhoods)
     return FrameEvidence(named, evidence, fit)
 
 
@@ -145,7 +145,7 @@ def posture(scene: Scene, places: Float[np.ndarray, "frames markers 3"]) -> Floa
     square = (places**2).sum(-1)
     error = square[:, :, None] + square[:, None] - 2.0 * places @ places.transpose(0, 2, 1)
     np.sqrt(np.maximum(error, 0.0, out=error), out=error)
-    mean, inverse, peak = scene.pairs
+    mean, inverse, peak = scene.body.pairs
     error -= mean
     error *= inverse
     error *= error
@@ -153,4 +153,4 @@ def posture(scene: Scene, places: Float[np.ndarray, "frames markers 3"]) -> Floa
     error *= -2.0
     error += peak
     np.maximum(error, 0.0, out=error)
-    return np.einsum("fij,fi,fj->f", error, there, there, optimize=False) * (0.5 * POSTURE_PAIRS / scene.partners)
+    return np.einsum("fij,fi,fj->f", error, there, there, optimize=False) * (0.5 * POSTURE_PAIRS / scene.body.partners)

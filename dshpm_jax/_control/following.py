@@ -49,4 +49,4 @@ def carried_on(scene: Scene, given: np.ndarray) -> Int[np.ndarray, " trajectorie
 
 def _share(scene: Scene, state: State) -> float:
     """What the labels are worth, as a share of what those of a body in full view usually are."""
-    return state.worth / (scene.trajectories.num_frames * float(scene.usual_evidence.clip(1.0).sum()))
+    return state.worth / (scene.trajectories.num_frames * float(scene.body.usual_evidence.clip(1.0).sum()))

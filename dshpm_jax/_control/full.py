@@ -1,28 +1,57 @@
 """The full method: evidence from many key-frames, one assignment for the recording, restarts judged without truth."""
 
-from dshpm_jax._control.evidence import frame_evidence, labels_in, sample_frames
+import numpy as np
+from jaxtyping import Int
+
+from dshpm_jax._control.evidence import sample_frames
 from dshpm_jax._control.resolving import resolve
 from dshpm_jax._control.scene import Scene
-from dshpm_jax._control.settling import improve, settle
+from dshpm_jax._control.settling import State, gain_in_frames, improve, settle, usual_gain
 from dshpm_jax._control.several import tell_apart
 from dshpm_jax._control.turning import turn
-from dshpm_jax._control.voting import vote
+from dshpm_jax._control.voting import AGREED, DENSER, Votes
 from dshpm_jax._requests import Control, Together
 
-SCHEDULES = ((0.0,), (2.0, 0.0), (6.0, 4.0, 2.0, 0.0))
-"""Restarts: from the votes as they are, or the most certain labels (by so many nats) first."""
+COARSE = 0.3
+"""Share of the key-frames that are asked first; most recordings need no more."""
+
+SOUND, LIKELY = 0.95, 0.8
+"""A labelling that holds so much of the evidence that right labels usually have needs neither more key-frames nor
+restarts; where key-frames agree the lower share will do. Most wrong ones stay under .7, but a chain that carries the
+labels of its counterpart reaches .92, with key-frames at odds."""
+
+SCHEDULES = ((2.0, 0.0), (6.0, 4.0, 2.0, 0.0))
+"""Restarts: the most certain labels (by so many nats) first."""
 
 
 def full(scene: Scene) -> Control:
     """Labels a recording; returns the final `State` and the rigid fits that the key-frames took."""
-    start, fits = yield from vote(scene)
     frames = sample_frames(scene)
-    first = yield from frame_evidence(scene, frames, labels_in(scene, start, frames))
-    states = yield Together(tuple(settle(scene, start, frames, first, schedule) for schedule in SCHEDULES))
-    best = max(states, key=lambda state: state.worth)
+    votes = Votes.none(scene)
+    best = yield from _started(scene, votes, frames)
     best = yield from improve(scene, best, frames)
     best = yield from turn(scene, best, frames)
     best = yield from resolve(scene, best, frames)
     best = yield from improve(scene, best, frames)
     best = yield from tell_apart(scene, best, frames)
-    return best, fits
+    return best, votes.fits
+
+
+def _started(scene: Scene, votes: Votes, frames: Int[np.ndarray, " frames"]) -> Control:
+    """The best `State` that key-frames lead to: few of them where these do, else more, and restarts."""
+    for factor in (COARSE, *DENSER):
+        yield from votes.ask(scene, factor)
+        start = votes.labels(scene)
+        state = yield from settle(scene, start, frames)
+        if _share(scene, state) >= (LIKELY if votes.agreement(start) >= AGREED else SOUND):
+            return state
+        if factor >= DENSER[0] and votes.suffice(start):
+            break
+    again = yield Together(tuple(settle(scene, start, frames, state.frames, schedule) for schedule in SCHEDULES))
+    return max((state, *again), key=lambda one: one.worth)
+
+
+def _share(scene: Scene, state: State) -> float:
+    """The evidence of all labels against what right ones usually have, were every marker seen in every frame."""
+    gain = np.maximum(gain_in_frames(scene, state), 0.0)
+    return float(gain.mean(0).sum() / usual_gain(scene).sum())

@@ -53,7 +53,7 @@ def _static(scene: Scene) -> Control:
 
 def _single_frame(scene: Scene, frame: int) -> Control:
     here, alone = scene.trajectories.single(frame)
-    known = yield from identify(Scene(alone, scene.model, scene.settings, scene.targets), 0)
+    known = yield from identify(Scene(alone, scene.model, scene.settings, scene.body), 0)
     return here[alone.column[0, alone.slot]], known
 
 

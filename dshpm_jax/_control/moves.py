@@ -94,8 +94,8 @@ def _permutations(scene: Scene, identity: np.ndarray, evidence: np.ndarray) -> l
     So do two markers that are each other's best neighbour: by today's evidence neither can be anywhere else.
     """
     moves = []
-    for target, ways in zip(scene.targets, scene.symmetries):
-        own = np.flatnonzero(scene.owned[target.segment, identity])
+    for target, ways in zip(scene.targets, scene.body.symmetries):
+        own = np.flatnonzero(scene.body.owned[target.segment, identity])
         if not len(own):
             continue
         for permutation in ways:

@@ -67,7 +67,7 @@ def _labels(scene: Scene) -> Control:
 
 def _roughly(scene: Scene) -> Control:
     """What the first labels of a scene are worth."""
-    start, _ = yield from vote(scene)
+    start = yield from vote(scene)
     frames = sample_frames(scene)
     state = yield from settle(scene, start, frames)
     state = yield from turn(scene, state, frames)

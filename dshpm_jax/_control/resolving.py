@@ -4,10 +4,9 @@ import numpy as np
 
 from dshpm_jax._control.assignment import assign_labels
 from dshpm_jax._control.dynamic import accept
-from dshpm_jax._control.evidence import ACCEPT
 from dshpm_jax._control.scene import Known, Scene
 from dshpm_jax._control.segment import match_segment
-from dshpm_jax._control.settling import State, settle
+from dshpm_jax._control.settling import State, gain_in_frames, settle, usual_gain
 from dshpm_jax._hierarchy import subtree
 from dshpm_jax._requests import Control, Together
 from dshpm_jax._types import NO_MATCH
@@ -58,12 +57,7 @@ def _settled(scene: Scene, state: State, frames: np.ndarray, votes: list[list[np
 
 def poor_frames(scene: Scene, state: State, frames: np.ndarray) -> dict[int, list[int]]:
     """Some frames in which a segment is missing or fits badly, for every such segment, the worst first."""
-    named, evidence = state.frames.named, state.frames.evidence
-    gain = np.zeros((len(frames), scene.model.num_markers))
-    frame, slot = np.nonzero(named != NO_MATCH)
-    label = named[frame, slot]
-    gain[frame, label] = evidence[frame, slot, label] - ACCEPT
-    usual = np.maximum(scene.usual_evidence - ACCEPT, 1.0)
+    gain, usual = gain_in_frames(scene, state), usual_gain(scene)
     held = np.stack([gain[:, target.markers].sum(1) for target in scene.targets])
     expected = np.array([usual[target.markers].sum() for target in scene.targets])[:, None]
     short = np.maximum(POOR * np.median(held / expected) * expected - held, 0.0)

@@ -1,22 +1,17 @@
 """What a control knows of the recording, and what it has found so far."""
 
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from dshpm_jax._control.targets import make_targets, symmetries
+from dshpm_jax._control.body import Body, body_of
 from dshpm_jax._model import SubjectModel
-from dshpm_jax._model_building import as_arrays
 from dshpm_jax._requests import Control, Segmentation, Target
 from dshpm_jax._settings import Settings
 from dshpm_jax._trajectories import Trajectories
 from dshpm_jax._types import NO_MATCH
-
-PAIR_NOISE = 5.0  # mm, least deviation of a distance between two recordings
-PAIR_RANGE = 700.0  # mm, a distance would be anything within it if the labels meant nothing
-USUAL_LOSS = 5.2  # nats, by the shape of the t distribution
 
 
 @dataclass(eq=False)
@@ -24,7 +19,7 @@ class Scene:
     """One recording, its model and the settings, with what is computed once for all its controls.
 
     Attributes:
-        targets: the segments as the matcher sees them, made from the model by default.
+        body: what follows from model and settings; shared with other recordings by default.
         relaxation: the motion relaxation interval in frames.
         evidence_fits: rigid fits that the evidence of whole lives took so far.
     """
@@ -32,7 +27,7 @@ class Scene:
     trajectories: Trajectories
     model: SubjectModel
     settings: Settings
-    targets: list[Target] = field(default_factory=list)
+    body: Body = None  # type: ignore[assignment]
     relaxation: int = field(init=False)
     evidence_fits: int = field(init=False, default=0)
     _rigid: dict[int, Bool[np.ndarray, "points points"]] = field(init=False, default_factory=dict)
@@ -40,70 +35,22 @@ class Scene:
 
     def __post_init__(self):
         self.relaxation = max(1, round(self.settings.relaxation_seconds * self.trajectories.rate))
-        self.targets = self.targets or make_targets(self.model, self.settings)
+        self.body = self.body or body_of(self.model, self.settings)
+
+    @property
+    def targets(self) -> Sequence[Target]:
+        """The segments as the matcher sees them."""
+        return self.body.targets
 
     def loosened(self, factor: float) -> "Scene":
         """The same scene with all tolerances multiplied."""
-        targets = [
-            replace(t, tolerance=t.tolerance * factor, scale=t.scale * factor, reach=t.reach * factor)
-            for t in self.targets
-        ]
-        return Scene(self.trajectories, self.model, self.settings, targets)
+        return Scene(self.trajectories, self.model, self.settings, self.body.loosened(factor))
 
     def at(self, frame: int) -> tuple[Int[np.ndarray, " points"], Float[np.ndarray, "points 3"]]:
         """The trajectories seen in a key-frame and their positions, as `Trajectories.at` has them, found once."""
         if frame not in self._seen:
             self._seen[frame] = self.trajectories.at(frame)
         return self._seen[frame]
-
-    @cached_property
-    def owned(self) -> Bool[np.ndarray, "segments markers+1"]:
-        """Which markers each segment has; `NO_MATCH`, the last, belongs to none."""
-        owned = np.zeros((len(self.targets), self.model.num_markers + 1), bool)
-        for target in self.targets:
-            owned[target.segment, target.markers] = True
-        return owned
-
-    @cached_property
-    def neighbourhoods(self) -> tuple[np.ndarray, ...]:
-        """The model's neighbourhoods as padded arrays."""
-        return as_arrays(self.model.neighbourhoods)
-
-    @cached_property
-    def pairs(self) -> tuple[np.ndarray, ...]:
-        """For all pairs of markers: mean distance (mm), and what `posture` makes of the deviation.
-
-        These are the inverse of its scale (1/mm) and the log ratio at the mean (nats); a pair without a known
-        distance, such as one between two people, has 0 for both.
-        """
-        mean, spread = self.model.pair_mean, self.model.pair_spread
-        known = np.isfinite(mean) & ~np.eye(len(mean), dtype=bool)
-        mean = np.where(known, mean, 0.0)
-        deviation = np.sqrt(
-            np.where(known, spread, 0.0) ** 2 + (self.settings.tolerance_ratio * mean) ** 2 + PAIR_NOISE**2
-        )
-        inverse = np.where(known, 1.0 / (np.sqrt(3.0) * deviation), 0.0)
-        peak = np.where(known, np.log(PAIR_RANGE / deviation), 0.0)
-        return mean.astype(np.float32), inverse.astype(np.float32), peak.astype(np.float32)
-
-    @cached_property
-    def symmetries(self) -> list[list[tuple[int, ...]]]:
-        """The ways to turn each segment onto itself."""
-        return [symmetries(target) for target in self.targets]
-
-    @cached_property
-    def usual_evidence(self) -> Float[np.ndarray, " markers"]:
-        """The evidence that a right label has on average (nats), by the spread of its marker's neighbourhood.
-
-        The mean of the log ratio that `life_evidence` gives when the errors are distributed as it assumes.
-        """
-        spread = self.neighbourhoods[-1]
-        return 3.0 * np.log(np.sqrt(3.0) * PAIR_RANGE / spread) - USUAL_LOSS
-
-    @cached_property
-    def partners(self) -> float:
-        """With how many markers, itself included, a marker has a known distance, on average."""
-        return float(np.isfinite(self.model.pair_mean).sum(1).mean())
 
     @property
     def last_frame(self) -> int:

@@ -55,7 +55,7 @@ def match_segment(
     target = scene.targets[segment]
     rigid = yield from scene.rigid(frame)
     identity = known.identity[here]
-    own = scene.owned[segment, identity]
+    own = scene.body.owned[segment, identity]
     free = (identity == NO_MATCH) | (own & (not use_joins))
     pinned = np.full(len(target.markers), NO_MATCH)
     if use_joins:

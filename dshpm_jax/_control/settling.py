@@ -7,6 +7,7 @@ from jaxtyping import Float, Int
 
 from dshpm_jax._control.assignment import assign_labels, margins
 from dshpm_jax._control.evidence import (
+    ACCEPT,
     FrameEvidence,
     frame_evidence,
     gains,
@@ -42,6 +43,20 @@ class State:
     evidence: Float[np.ndarray, "trajectories markers"]
     worth: float
     frames: FrameEvidence
+
+
+def gain_in_frames(scene: Scene, state: State) -> Float[np.ndarray, "frames markers"]:
+    """What the label of each marker pays in each sampled frame (nats), 0 where none has it."""
+    gain = np.zeros((len(state.frames.named), scene.model.num_markers))
+    frame, slot = np.nonzero(state.frames.named != NO_MATCH)
+    label = state.frames.named[frame, slot]
+    gain[frame, label] = state.frames.evidence[frame, slot, label] - ACCEPT
+    return gain
+
+
+def usual_gain(scene: Scene) -> Float[np.ndarray, " markers"]:
+    """What a right label usually pays in a frame (nats)."""
+    return np.maximum(scene.body.usual_evidence - ACCEPT, 1.0)
 
 
 def settle(

@@ -1,132 +1,20 @@
-"""Left and right: whole chains of segments that carry each other's labels.
-
-A trunk turned back to front fits nearly as well as one that is not, and arms that follow it predict themselves. No
-exchange of two labels leads out of that, so whole chains are exchanged, alone and with the segment that they hang from.
-"""
-
-from itertools import combinations, permutations
+"""Whole chains of labels exchanged with their counterparts, where they carry each other's."""
 
 import numpy as np
-from jaxtyping import Int
-from scipy.optimize import linear_sum_assignment
 
 from dshpm_jax._control.moves import Move
 from dshpm_jax._control.scene import Scene
 from dshpm_jax._control.settling import State, make_moves
-from dshpm_jax._hierarchy import children, subtree
 from dshpm_jax._requests import Control
-from dshpm_jax._types import NO_MATCH, NO_PARENT
-
-ALIKE = 0.2
-"""Two chains are counterparts if their distances differ by less than this share of their mean."""
-
-MAX_TURNED = 6  # markers of a segment that is turned with its chains
+from dshpm_jax._types import NO_MATCH
 
 
 def turn(scene: Scene, state: State, frames: np.ndarray) -> Control:
     """Exchanges chains where that pays."""
     moves = []
-    for to in turns(scene):
+    for to in scene.body.turns:
         changed = np.flatnonzero((state.identity != NO_MATCH) & (to[state.identity] != state.identity))
         if len(changed):
             moves.append(Move(changed, to[state.identity[changed]], 0.0))
     following = yield from make_moves(scene, state, moves, frames)
     return following if following.worth > state.worth else state
-
-
-def turns(scene: Scene) -> list[Int[np.ndarray, " markers"]]:
-    """What each label becomes when chains that hang from one segment are exchanged.
-
-    Each pair of counterparts, and all pairs together, with the segment they hang from as it is and turned onto itself.
-    """
-    segments = scene.model.segments
-    found = []
-    for parent in range(NO_PARENT, len(segments)):
-        swaps = _swaps(scene, children(segments, parent))
-        if len(swaps) > 1:
-            swaps.append(_both(swaps))
-        found += swaps
-        if parent != NO_PARENT:
-            found += [
-                turned for swap in swaps for turned in _with_parent(scene.pairs[0], scene.targets[parent].markers, swap)
-            ]
-    return found
-
-
-def _swaps(scene: Scene, heads: list[int]) -> list[np.ndarray]:
-    """The exchange of each pair of chains that are counterparts."""
-    segments, targets = scene.model.segments, scene.targets
-    chains = [np.unique(np.concatenate([targets[s].markers for s in subtree(segments, head)])) for head in heads]
-    pairs = (_counterparts(scene.pairs[0], a, b) for a, b in combinations(chains, 2))
-    swaps = []
-    for pair in pairs:
-        if pair is not None:
-            one, other = pair
-            to = np.arange(scene.model.num_markers)
-            to[one], to[other] = other, one
-            swaps.append(to)
-    return swaps
-
-
-def _counterparts(distance: np.ndarray, one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-    """The markers of two chains side by side, where their distances are alike, else nothing."""
-    one, other = np.setdiff1d(one, other), np.setdiff1d(other, one)
-    if len(one) != len(other) or len(one) < 2:
-        return None
-    a, b = distance[np.ix_(one, one)].astype(float), distance[np.ix_(other, other)].astype(float)
-    across = distance[np.ix_(one, other)]
-    # Markers that correspond have like distances to all others, whichever these are.
-    profiles = np.abs(np.sort(a, 1)[:, None] - np.sort(b, 1)[None]).sum(-1)
-    order = linear_sum_assignment(profiles)[1]
-    order, cost = min((_refined(a, b, across, start) for start in (order, np.arange(len(one)))), key=lambda o: o[1])
-    return (one, other[order]) if cost < ALIKE * a.mean() else None
-
-
-def _refined(a: np.ndarray, b: np.ndarray, across: np.ndarray, order: np.ndarray) -> tuple[np.ndarray, float]:
-    """The order of the second chain, bettered by exchanges of two, and the mean difference of distances that is left.
-
-    Besides the distances in both chains those across must be alike: from left to right as from right to left.
-    """
-
-    def cost(order: np.ndarray) -> float:
-        crossed = across[:, order]
-        return float(np.abs(a - b[np.ix_(order, order)]).mean() + np.abs(crossed - crossed.T).mean()) / 2
-
-    best = cost(order)
-    while True:
-        tried = []
-        for i, k in combinations(range(len(order)), 2):
-            other = order.copy()
-            other[[i, k]] = other[[k, i]]
-            tried.append((cost(other), i, k))
-        least, i, k = min(tried)
-        if least >= best:
-            return order, best
-        order = order.copy()
-        order[[i, k]] = order[[k, i]]
-        best = least
-
-
-def _both(swaps: list[np.ndarray]) -> np.ndarray:
-    """The swaps together; a marker of several goes with the first."""
-    together = np.arange(len(swaps[0]))
-    for swap in swaps:
-        together = np.where(together == np.arange(len(swap)), swap, together)
-    return together
-
-
-def _with_parent(distance: np.ndarray, own: np.ndarray, swap: np.ndarray) -> list[np.ndarray]:
-    """The swap with each way to turn the parent onto itself, roughly, that brings its joins to where the swap does."""
-    if not 3 <= len(own) <= MAX_TURNED:
-        return []
-    between = distance[np.ix_(own, own)]
-    joins = swap[own] != own
-    turned = []
-    for way in map(np.array, permutations(own)):
-        if (way[joins] != swap[own][joins]).any() or (way == swap[own]).all():
-            continue
-        if np.abs(distance[np.ix_(way, way)] - between).mean() < ALIKE * between.mean():
-            to = swap.copy()
-            to[own] = way
-            turned.append(to)
-    return turned

@@ -1,5 +1,7 @@
 """The first labels of a recording: what many key-frames say, each identified for itself."""
 
+from dataclasses import dataclass, field
+
 import numpy as np
 from jaxtyping import Float, Int
 
@@ -16,25 +18,64 @@ AGREED, FOUND = 0.95, 0.9
 """The first set will do if so many of its votes go to the label that wins, and so many segments were found."""
 
 
-def vote(scene: Scene) -> Control:
-    """Labels by the votes of key-frames, and the rigid fits that these took."""
-    t = scene.trajectories
-    votes = np.zeros((len(t), scene.model.num_markers))
-    asked: list[int] = []
-    found: list[Known] = []
-    identity = np.full(len(t), NO_MATCH, np.int32)
-    for factor in DENSER:
-        frames = [f for f in key_frames(scene, factor * scene.settings.num_key_frames) if f not in asked]
-        asked += frames
+@dataclass(eq=False)
+class Votes:
+    """What the key-frames said that were asked so far.
+
+    Attributes:
+        count: how many of them gave each label to each trajectory.
+        frames: which they were.
+        parts: what each found.
+    """
+
+    count: Float[np.ndarray, "trajectories markers"]
+    frames: list[int] = field(default_factory=list)
+    parts: list[Known] = field(default_factory=list)
+
+    @classmethod
+    def none(cls, scene: Scene) -> "Votes":
+        return cls(np.zeros((len(scene.trajectories), scene.model.num_markers)))
+
+    @property
+    def fits(self) -> int:
+        """Rigid fits that they took."""
+        return sum(part.fits for part in self.parts)
+
+    def ask(self, scene: Scene, factor: float) -> Control:
+        """Asks `factor` times the key-frames of the settings, less those that were asked before."""
+        wanted = key_frames(scene, max(1, round(factor * scene.settings.num_key_frames)))
+        frames = [frame for frame in wanted if frame not in self.frames]
         parts: list[Known] = yield Together(tuple(identify(scene, frame) for frame in frames))
-        found += parts
+        self.frames += frames
+        self.parts += parts
         for part in parts:
             named = np.flatnonzero(part.identity != NO_MATCH)
-            votes[named, part.identity[named]] += 1
-        identity = assign_labels(votes, t.start, t.stop)
-        if _agreement(votes, identity) >= AGREED and np.mean([part.found for part in found]) >= FOUND:
+            self.count[named, part.identity[named]] += 1
+
+    def labels(self, scene: Scene) -> Int[np.ndarray, " trajectories"]:
+        """The assignment with the most votes."""
+        return assign_labels(self.count, scene.trajectories.start, scene.trajectories.stop)
+
+    def agreement(self, identity: Int[np.ndarray, " trajectories"]) -> float:
+        """The share of the votes that went to the label which their trajectory got."""
+        named = np.flatnonzero(identity != NO_MATCH)
+        return float(self.count[named, identity[named]].sum() / max(self.count.sum(), 1.0))
+
+    def suffice(self, identity: Int[np.ndarray, " trajectories"]) -> bool:
+        """Whether nearly all votes went to `identity`, and nearly all segments were found."""
+        found = np.mean([part.found for part in self.parts])
+        return self.agreement(identity) >= AGREED and bool(found >= FOUND)
+
+
+def vote(scene: Scene) -> Control:
+    """Labels by the votes of key-frames."""
+    votes = Votes.none(scene)
+    for factor in DENSER:
+        yield from votes.ask(scene, factor)
+        identity = votes.labels(scene)
+        if votes.suffice(identity):
             break
-    return identity, sum(part.fits for part in found)
+    return identity
 
 
 def key_frames(scene: Scene, count: int) -> list[int]:
@@ -48,9 +89,3 @@ def key_frames(scene: Scene, count: int) -> list[int]:
         best = np.flatnonzero(part == part.max())
         frames.append(int(first + best[np.argmin(np.abs(best - len(part) / 2))]))
     return frames
-
-
-def _agreement(votes: Float[np.ndarray, "trajectories markers"], identity: Int[np.ndarray, " trajectories"]) -> float:
-    """The share of the votes that went to the label which their trajectory got."""
-    named = np.flatnonzero(identity != NO_MATCH)
-    return float(votes[named, identity[named]].sum() / max(votes.sum(), 1.0))

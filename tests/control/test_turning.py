@@ -8,7 +8,7 @@ from dshpm_jax import Settings
 from dshpm_jax._control.evidence import sample_frames
 from dshpm_jax._control.scene import Scene
 from dshpm_jax._control.settling import settle
-from dshpm_jax._control.turning import turn, turns
+from dshpm_jax._control.turning import turn
 from dshpm_jax._driver import Driver
 from dshpm_jax._pretracking import pretrack
 
@@ -33,7 +33,7 @@ def other_side(name: str) -> str:
 
 def test_limbs_are_counterparts_of_those_across(scene_and_truth):
     scene, _ = scene_and_truth
-    of_one_kind = [names for names in map(changes, turns(scene)) if all(n[0] in "LR" for n in names)]
+    of_one_kind = [names for names in map(changes, scene.body.turns) if all(n[0] in "LR" for n in names)]
     assert any({"LELB", "LWRA"} <= names.keys() for names in of_one_kind)
     assert any({"LKNE", "LANK"} <= names.keys() for names in of_one_kind)
     swaps = [names for names in of_one_kind if names == {name: other_side(name) for name in names}]
@@ -42,14 +42,14 @@ def test_limbs_are_counterparts_of_those_across(scene_and_truth):
 
 def test_a_turn_gives_every_label_once(scene_and_truth):
     scene, _ = scene_and_truth
-    for to in turns(scene):
+    for to in scene.body.turns:
         assert sorted(to) == list(range(model().num_markers))
 
 
 def test_every_turn_is_undone(scene_and_truth):
     scene, truth = scene_and_truth
     frames, driver = sample_frames(scene), Driver()
-    for to in turns(scene):
+    for to in scene.body.turns:
         turned = np.where(truth >= 0, to[truth], truth)
         state = next(driver.run([settle(scene, turned, frames)]))
         found = next(driver.run([turn(scene, state, frames)]))

@@ -1,0 +1,101 @@
+"""What follows from a model and the settings alone; made once for all recordings of a subject."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from dshpm_jax._control.counterparts import turns
+from dshpm_jax._control.targets import make_targets, symmetries
+from dshpm_jax._model import SubjectModel
+from dshpm_jax._model_building import as_arrays
+from dshpm_jax._requests import Target
+from dshpm_jax._settings import Settings
+
+PAIR_NOISE = 5.0  # mm, least deviation of a distance between two recordings
+PAIR_RANGE = 700.0  # mm, a distance would be anything within it if the labels meant nothing
+USUAL_LOSS = 5.2  # nats, by the shape of the t distribution
+KEPT = 64  # bodies in memory, each some hundred kilobytes
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A model as the control uses it.
+
+    Attributes:
+        targets: the segments as the matcher sees them.
+    """
+
+    model: SubjectModel
+    settings: Settings
+    targets: Sequence[Target]
+
+    def loosened(self, factor: float) -> "Body":
+        """The same body with all tolerances multiplied."""
+        targets = [
+            replace(t, tolerance=t.tolerance * factor, scale=t.scale * factor, reach=t.reach * factor)
+            for t in self.targets
+        ]
+        return Body(self.model, self.settings, targets)
+
+    @cached_property
+    def owned(self) -> Bool[np.ndarray, "segments markers+1"]:
+        """Which markers each segment has; `NO_MATCH`, the last, belongs to none."""
+        owned = np.zeros((len(self.targets), self.model.num_markers + 1), bool)
+        for target in self.targets:
+            owned[target.segment, target.markers] = True
+        return owned
+
+    @cached_property
+    def neighbourhoods(self) -> tuple[np.ndarray, ...]:
+        """The model's neighbourhoods as padded arrays."""
+        return as_arrays(self.model.neighbourhoods)
+
+    @cached_property
+    def pairs(self) -> tuple[np.ndarray, ...]:
+        """For all pairs of markers: mean distance (mm), and what `posture` makes of the deviation.
+
+        These are the inverse of its scale (1/mm) and the log ratio at the mean (nats); a pair without a known
+        distance, such as one between two people, has 0 for both.
+        """
+        mean, spread = self.model.pair_mean, self.model.pair_spread
+        known = np.isfinite(mean) & ~np.eye(len(mean), dtype=bool)
+        mean = np.where(known, mean, 0.0)
+        deviation = np.sqrt(
+            np.where(known, spread, 0.0) ** 2 + (self.settings.tolerance_ratio * mean) ** 2 + PAIR_NOISE**2
+        )
+        inverse = np.where(known, 1.0 / (np.sqrt(3.0) * deviation), 0.0)
+        peak = np.where(known, np.log(PAIR_RANGE / deviation), 0.0)
+        return mean.astype(np.float32), inverse.astype(np.float32), peak.astype(np.float32)
+
+    @cached_property
+    def symmetries(self) -> list[list[tuple[int, ...]]]:
+        """The ways to turn each segment onto itself."""
+        return [symmetries(target) for target in self.targets]
+
+    @cached_property
+    def turns(self) -> list[Int[np.ndarray, " markers"]]:
+        """What each marker becomes when chains of segments that are counterparts are exchanged, a row a way."""
+        return turns(self.model.segments, self.targets, self.pairs[0])
+
+    @cached_property
+    def usual_evidence(self) -> Float[np.ndarray, " markers"]:
+        """The evidence that a right label has on average (nats), by the spread of its marker's neighbourhood.
+
+        The mean of the log ratio that `life_evidence` gives when the errors are distributed as it assumes.
+        """
+        spread = self.neighbourhoods[-1]
+        return 3.0 * np.log(np.sqrt(3.0) * PAIR_RANGE / spread) - USUAL_LOSS
+
+    @cached_property
+    def partners(self) -> float:
+        """With how many markers, itself included, a marker has a known distance, on average."""
+        return float(np.isfinite(self.model.pair_mean).sum(1).mean())
+
+
+@lru_cache(maxsize=KEPT)
+def body_of(model: SubjectModel, settings: Settings) -> Body:
+    """The body of a model, which is told from others by its identity."""
+    return Body(model, settings, make_targets(model, settings))
