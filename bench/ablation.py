@@ -17,7 +17,7 @@ from unittest.mock import patch
 import numpy as np
 from _truth import f1, name_of
 
-from dshpm_jax import Settings, label_many, read, read_model
+from dshpm_jax import Settings, _pretracking, label_many, read, read_model
 from dshpm_jax._control import full, settling, voting
 from dshpm_jax._types import NO_MATCH
 
@@ -68,22 +68,31 @@ def _each_its_best(gain, start, stop) -> np.ndarray:
     return identity
 
 
+def _at_gaps(points, rate) -> np.ndarray:
+    """`unbroken_columns` that trusts the columns."""
+    present = np.isfinite(points).all(-1)
+    steps = present & np.append(present[1:], np.zeros((1, points.shape[1]), bool), axis=0)
+    return np.where(steps, np.arange(points.shape[1]), NO_MATCH)
+
+
 def _replaced(module: object, name: str, value: object) -> Callable:
     return lambda: patch.object(module, name, value)
 
 
 PARTS: dict[str, list[Callable]] = {
     "everything": [],
-    "one key-frame": [_replaced(voting, "DENSER", (1,))],
-    "no second set of key-frames": [_replaced(voting, "DENSER", (1,))],
+    "one key-frame": [_replaced(full, "DENSER", (1,))],
+    "no second set of key-frames": [_replaced(full, "DENSER", (1,))],
+    "all key-frames and restarts always": [_replaced(full, "SOUND", np.inf), _replaced(full, "LIKELY", np.inf)],
     "votes alone, no evidence of whole lives": [
         *(_replaced(module, "settle", _votes_only) for module in (full, settling)),
         *(_replaced(full, name, _unchanged) for name in ("improve", "resolve")),
     ],
     "greedy instead of exact assignment": [_replaced(m, "assign_labels", _each_its_best) for m in (voting, settling)],
-    "no restarts": [_replaced(full, "SCHEDULES", ((0.0,),))],
+    "no restarts": [_replaced(full, "SCHEDULES", ())],
     "no moves": [_replaced(full, "improve", _unchanged)],
     "no segment solved again": [_replaced(full, "resolve", _unchanged)],
+    "columns cut at gaps alone": [_replaced(_pretracking, "unbroken_columns", _at_gaps)],
     "nothing withheld": [],
 }
 SETTINGS = {"one key-frame": Settings(num_key_frames=1), "nothing withheld": Settings(min_confidence=0.0)}

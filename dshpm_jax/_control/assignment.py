@@ -81,9 +81,7 @@ def _solve(value: np.ndarray, groups: list[np.ndarray]) -> np.ndarray:
     """Which pairs to take for the largest total value, at most one of each group."""
     rows = np.repeat(np.arange(len(groups)), [len(g) for g in groups])
     table = csr_array((np.ones(len(rows)), (rows, np.concatenate(groups))), shape=(len(groups), len(value)))
-    found = milp(
-        -value, integrality=np.ones(len(value)), bounds=(0, 1), constraints=LinearConstraint(table, ub=1.0)
-    )
+    found = milp(-value, integrality=np.ones(len(value)), bounds=(0, 1), constraints=LinearConstraint(table, ub=1.0))
     return found.x > 0.5
 
 

@@ -1,6 +1,5 @@
 """What follows from a model and the settings alone; made once for all recordings of a subject."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
@@ -30,7 +29,7 @@ class Body:
 
     model: SubjectModel
     settings: Settings
-    targets: Sequence[Target]
+    targets: list[Target]
 
     def loosened(self, factor: float) -> "Body":
         """The same body with all tolerances multiplied."""

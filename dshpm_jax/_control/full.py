@@ -39,19 +39,27 @@ def full(scene: Scene) -> Control:
 
 def _started(scene: Scene, votes: Votes, frames: Int[np.ndarray, " frames"]) -> Control:
     """The best `State` that key-frames lead to: few of them where these do, else more, and restarts."""
-    for factor in (COARSE, *DENSER):
-        yield from votes.ask(scene, factor)
-        start = votes.labels(scene)
-        state = yield from settle(scene, start, frames)
-        if _share(scene, state) >= (LIKELY if votes.agreement(start) >= AGREED else SOUND):
-            return state
-        if factor >= DENSER[0] and votes.suffice(start):
-            break
+    state = yield from _asked(scene, votes, COARSE, frames)
+    for factor in DENSER:
+        if factor == DENSER[0] or not votes.suffice(votes.labels(scene)):
+            if _sound(scene, votes, state):
+                return state
+            state = yield from _asked(scene, votes, factor, frames)
+    if _sound(scene, votes, state):
+        return state
+    start = votes.labels(scene)
     again = yield Together(tuple(settle(scene, start, frames, state.frames, schedule) for schedule in SCHEDULES))
     return max((state, *again), key=lambda one: one.worth)
 
 
-def _share(scene: Scene, state: State) -> float:
-    """The evidence of all labels against what right ones usually have, were every marker seen in every frame."""
+def _asked(scene: Scene, votes: Votes, factor: float, frames: Int[np.ndarray, " frames"]) -> Control:
+    """What the votes lead to with so many more key-frames."""
+    yield from votes.ask(scene, factor)
+    return (yield from settle(scene, votes.labels(scene), frames))
+
+
+def _sound(scene: Scene, votes: Votes, state: State) -> bool:
+    """Whether the labels hold enough evidence, against right ones of which every marker is seen in every frame."""
     gain = np.maximum(gain_in_frames(scene, state), 0.0)
-    return float(gain.mean(0).sum() / usual_gain(scene).sum())
+    share = float(gain.mean(0).sum() / usual_gain(scene).sum())
+    return share >= (LIKELY if votes.agreement(votes.labels(scene)) >= AGREED else SOUND)

@@ -1,6 +1,5 @@
 """What a control knows of the recording, and what it has found so far."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -38,7 +37,7 @@ class Scene:
         self.body = self.body or body_of(self.model, self.settings)
 
     @property
-    def targets(self) -> Sequence[Target]:
+    def targets(self) -> list[Target]:
         """The segments as the matcher sees them."""
         return self.body.targets
 

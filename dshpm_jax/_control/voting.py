@@ -72,10 +72,9 @@ def vote(scene: Scene) -> Control:
     votes = Votes.none(scene)
     for factor in DENSER:
         yield from votes.ask(scene, factor)
-        identity = votes.labels(scene)
-        if votes.suffice(identity):
+        if votes.suffice(votes.labels(scene)):
             break
-    return identity
+    return votes.labels(scene)
 
 
 def key_frames(scene: Scene, count: int) -> list[int]:
