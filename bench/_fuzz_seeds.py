@@ -1,32 +1,40 @@
 """Sound files of every format that is read, small, to be damaged by `fuzz.py`."""
 
+import dataclasses
+import json
 from pathlib import Path
 
 import numpy as np
 
-from dshpm_jax import Recording, SubjectModel, write_c3d, write_model
+from dshpm_jax import Recording, Settings, SubjectModel, write_c3d, write_model
+from dshpm_jax._model_building import posed_clip
 from dshpm_jax.io._c3d import fresh_layout
 from dshpm_jax.io._c3d_format import C3dFile, write_layout
 from dshpm_jax.io._c3d_parameters import CHAR, DEC, FLOAT, INT, INTEL, MIPS, Group, Parameter, encode_floats, integers
+from dshpm_jax.io._vsk import read_vsk
 from dshpm_jax.synthesis import person
 
 FRAMES = 12
+TAKE, MODEL, LEG = "plain.c3d", "subject.json", "leg.c3d"
+"""Of the sound files, a recording, its model, and a recording that `VSK` and `OSIM` are the models of."""
+
 KNOWN = person(27, frames=2, seed=1).recording.labels
 """The markers that segments may name."""
 
 
 def write_seeds(folder: Path) -> list[Path]:
-    """Writes them, and gives their paths."""
+    """Writes them, and gives the paths of those to be damaged."""
     whole = person(27, frames=60, seed=1).recording
     recording = Recording(whole.points[:FRAMES], whole.labels, whole.rate)
-    write_c3d(recording, folder / "plain.c3d")
+    write_c3d(recording, folder / TAKE)
     write_layout(_rich(recording), folder / "rich.c3d")
     for name, processor in (("dec", DEC), ("mips", MIPS)):
         write_layout(_other_processor(recording, processor), folder / f"{name}.c3d")
     many = Recording(np.ones((3, 300, 3)), tuple(f"P{k}" for k in range(300)), 100.0)
     write_c3d(many, folder / "many.c3d")
     model = SubjectModel.from_recordings([whole], template="body-parts")
-    write_model(model, folder / "subject.json")
+    write_model(model, folder / MODEL)
+    settings = {name: value for name, value in dataclasses.asdict(Settings()).items() if value is not None}
     groups = {s.name: {"markers": [model.markers[m] for m in s.markers]} for s in model.segments}
     texts = {
         "plain.trc": trc(recording),
@@ -35,12 +43,23 @@ def write_seeds(folder: Path) -> list[Path]:
         "plain.tsv": qtm(recording),
         "subject.vsk": VSK,
         "subject.osim": OSIM,
-        "settings.toml": 'method = "full"\nnum_key_frames = 5\nmin_confidence = 0.9\ntolerance_ratio = 0.02\n',
+        "settings.toml": "\n".join(
+            f"{name} = {json.dumps(value)}" for name, value in settings.items() if value is not None
+        ),
         "segments.toml": "\n".join(f'["{name}"]\nmarkers = {entry["markers"]}' for name, entry in groups.items()),
     }
     for name, text in texts.items():
         (folder / name).write_text(text)
-    return sorted(folder.iterdir())
+    seeds = sorted(folder.iterdir())
+    write_c3d(_leg(folder / "subject.vsk"), folder / LEG)
+    return seeds
+
+
+def _leg(subject_file: Path) -> Recording:
+    """The markers of a subject file in one pose, drifting."""
+    skeleton = read_vsk(subject_file)
+    drift = np.arange(FRAMES)[:, None, None] * [2.0, 1.0, 0.5]
+    return Recording(posed_clip(skeleton, 1) + drift, tuple(marker.name for marker in skeleton.markers), 100.0)
 
 
 def _rich(recording: Recording) -> C3dFile:

@@ -66,7 +66,7 @@ class Settings:
             raise ValueError(f"rescale is true or false, not {self.rescale!r}")
         if self.rescale and self.method != "full":
             raise ValueError(f'only the method "full" rescales a model, not {self.method!r}')
-        for name, (low, high) in _RANGES.items():
+        for name, (low, high) in RANGES.items():
             value = getattr(self, name)
             kind = int if isinstance(_DEFAULTS[name], int) else int | float
             if value is None and _DEFAULTS[name] is None:
@@ -91,7 +91,7 @@ class Settings:
             raise ValueError(f"{path}: {one_line(str(error))}") from None
 
 
-_RANGES = {
+RANGES = {
     "relaxation_seconds": (0.01, 10),
     "window_steps": (2, 100),
     "key_frame_coverage": (0.1, 1),
