@@ -10,7 +10,7 @@ from pathlib import Path
 from dshpm_jax import _reconstructing, _viewing, io
 from dshpm_jax._archive import UsageError, command
 from dshpm_jax._compile_cache import cache_programs
-from dshpm_jax._console import complain, say
+from dshpm_jax._console import add_unlabelled, complain, say
 from dshpm_jax._experiments import command as experiments
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._recording import Recording
@@ -48,6 +48,7 @@ def _parser() -> argparse.ArgumentParser:
     how = model.add_mutually_exclusive_group()
     how.add_argument("--segments", type=Path, metavar="FILE", help="TOML file of segments and their markers")
     how.add_argument("--template", metavar="NAME", help="a known marker set")
+    add_unlabelled(model)
     model.set_defaults(run=_model)
 
     label = commands.add_parser("label", help="labels recordings")
@@ -58,6 +59,7 @@ def _parser() -> argparse.ArgumentParser:
     check.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING", help="labelled recording")
     check.add_argument("--model", type=Path, required=True, metavar="MODEL", help="model of the subject")
     check.add_argument("--json", type=Path, metavar="FILE", help="write what was found there too")
+    add_unlabelled(check)
     check.set_defaults(run=_check)
 
     view = commands.add_parser("view", help="a page in which a labelled recording plays")
@@ -114,14 +116,14 @@ def _made_model(arguments: argparse.Namespace) -> SubjectModel:
     """The model of one subject file, or of labelled recordings."""
     if arguments.recordings[0].suffix.lower() in io.SUBJECT_FILES:
         return io.read_model(arguments.recordings[0])
-    recordings = [_read_labelled(path) for path in arguments.recordings]
+    recordings = [_read_labelled(path, arguments.unlabelled) for path in arguments.recordings]
     known = {name for r in recordings for name, named in zip(r.labels, r.labelled, strict=True) if named}
     segments = io.read_segments(arguments.segments, known) if arguments.segments else None
     return SubjectModel.from_recordings(recordings, segments=segments, template=arguments.template)
 
 
-def _read_labelled(path: Path) -> Recording:
-    recording = io.read(path)
+def _read_labelled(path: Path, unlabelled: Sequence[str]) -> Recording:
+    recording = io.read(path, unlabelled)
     if not recording.labelled.any():
         raise io.ReadError(path, "none of its points has a label", "a model needs a labelled recording")
     return recording
@@ -136,7 +138,7 @@ def _check(arguments: argparse.Namespace) -> int:
     from dshpm_jax._checking import check_files
 
     rows, good = [], True
-    for found in check_files(arguments.recordings, arguments.model):
+    for found in check_files(arguments.recordings, arguments.model, arguments.unlabelled):
         good &= found.sound
         rows += found.rows
         for line in found.troubles:

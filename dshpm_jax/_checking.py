@@ -30,8 +30,8 @@ class Audit:
     troubles: list[str] = field(default_factory=list)
 
 
-def check_files(paths: Sequence[Path], model_path: Path) -> Iterator[Audit]:
-    """Audits files one by one; one that cannot be read harms no other."""
+def check_files(paths: Sequence[Path], model_path: Path, unlabelled: Sequence[str] = ()) -> Iterator[Audit]:
+    """Audits files one by one; one that cannot be read harms no other. `unlabelled` is that of `io.read`."""
     try:
         model = io.read_model(model_path)
     except io.ReadError as error:
@@ -40,7 +40,7 @@ def check_files(paths: Sequence[Path], model_path: Path) -> Iterator[Audit]:
     driver = Driver()
     for path in paths:
         try:
-            recording = io.read(path)
+            recording = io.read(path, unlabelled)
             yield _audit(path, recording, check(recording, model, driver=driver), model.markers)
         except io.ReadError as error:
             yield Audit(False, troubles=[str(error)])

@@ -1,7 +1,7 @@
-"""Lines for people that do not run into a progress bar."""
+"""Lines for people that do not run into a progress bar, and what several commands ask in the same words."""
 
 import sys
-from typing import TextIO
+from typing import Any, TextIO
 
 
 def say(text: object, stream: TextIO | None = None) -> None:
@@ -13,6 +13,12 @@ def say(text: object, stream: TextIO | None = None) -> None:
         tqdm.write(str(text), file=stream)
     else:
         print(text, file=stream, flush=True)
+
+
+def add_unlabelled(options: Any) -> None:
+    """The option for names of columns that count as none (see `io.read`)."""
+    about = "columns with such names have no label, as those that capture systems call '*12' and so on; may be repeated"
+    options.add_argument("--unlabelled", action="append", default=[], metavar="NAME*", help=about)
 
 
 def complain(text: object) -> None:

@@ -37,6 +37,8 @@ class Settings:
         min_confidence: "full" withholds labels that are less likely to be right than this.
         completeness: share of the model's markers, averaged over frames, under which a file counts as partly
             labelled.
+        unlabelled: names of columns that count as none, besides those that capture systems give, with the wildcards
+            `*` and `?`, as in "ghost*"; see `read`.
     """
 
     method: Method = "full"
@@ -58,6 +60,7 @@ class Settings:
     rescale: bool = False
     min_confidence: float = 0.7
     completeness: float = 0.5
+    unlabelled: tuple[str, ...] = ()
 
     def __post_init__(self):
         if self.method not in ("full", "paper", "static"):
@@ -66,6 +69,9 @@ class Settings:
             raise ValueError(f"rescale is true or false, not {self.rescale!r}")
         if self.rescale and self.method != "full":
             raise ValueError(f'only the method "full" rescales a model, not {self.method!r}')
+        if not isinstance(self.unlabelled, list | tuple) or not all(isinstance(n, str) and n for n in self.unlabelled):
+            raise ValueError(f'unlabelled is a list of names such as ["ghost*"], not {self.unlabelled!r}')
+        object.__setattr__(self, "unlabelled", tuple(self.unlabelled))
         for name, (low, high) in RANGES.items():
             value = getattr(self, name)
             kind = int if isinstance(_DEFAULTS[name], int) else int | float

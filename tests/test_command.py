@@ -137,6 +137,22 @@ def test_results_in_the_format_of_their_recordings(folder, capsys, labeller):
     )
 
 
+def test_names_that_count_as_none(folder, capsys, labeller):
+    io.write_c3d(make_recording(labels=("LASI", "ghost", "ghost", "SACR")), folder / "ghosts.c3d")
+    status, _, err = command(capsys, "label", "ghosts.c3d", "-o", "out")
+    assert status == 1 and "two points have the label 'ghost'" in err
+    assert command(capsys, "label", "ghosts.c3d", "-o", "out", "--unlabelled", "gh*")[0] == 0
+    (folder / "s.toml").write_text('unlabelled = ["nobody", "ghost"]')
+    assert command(capsys, "label", "ghosts.c3d", "-o", "out", "--settings", "s.toml")[0] == 0
+    assert io.read_sidecar_head(folder / "out" / "ghosts.labels.json")["settings"]["unlabelled"] == ["nobody", "ghost"]
+    for wrong in ('"ghost"', '[""]', "[1]"):
+        (folder / "s.toml").write_text(f"unlabelled = {wrong}")
+        status, _, err = command(capsys, "label", "ghosts.c3d", "-o", "out", "--settings", "s.toml")
+        assert status == 2 and 'unlabelled is a list of names such as ["ghost*"]' in err
+    assert command(capsys, "model", "ghosts.c3d", "-o", "new.json", "--unlabelled", "ghost")[0] == 0
+    assert io.read_model(folder / "new.json").markers == ("LASI", "SACR")
+
+
 def test_settings_file(folder, capsys, labeller):
     (folder / "s.toml").write_text('method = "static"\n')
     assert command(capsys, "label", "walk.c3d", "-o", "out", "--settings", "s.toml")[0] == 0

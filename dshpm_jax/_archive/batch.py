@@ -56,7 +56,7 @@ def label_batch(jobs: Sequence[Job], out: Path, settings: Settings) -> list[Outc
 def _load(job: Job, model: SubjectModel, model_hash: str, settings: Settings) -> _Loaded:
     # Hashed before it is read: if it changes meanwhile, the hash after labelling is another.
     hashes = {INPUT: hash_file(job.source), SETTINGS: hash_settings(settings), MODEL: model_hash}
-    return _Loaded(job, io.read(job.source), model, hashes)
+    return _Loaded(job, io.read(job.source, settings.unlabelled), model, hashes)
 
 
 def _answers(loaded: Sequence[_Loaded], settings: Settings) -> Iterator[Labelling | Exception]:

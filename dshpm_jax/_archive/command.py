@@ -14,7 +14,7 @@ from dshpm_jax._archive.progress import Progress, log_to
 from dshpm_jax._archive.run import Order, Place, label_archive, label_here, what_is_due
 from dshpm_jax._archive.standing import Due
 from dshpm_jax._archive.workers import local_workers, workers_of
-from dshpm_jax._console import complain, say
+from dshpm_jax._console import add_unlabelled, complain, say
 from dshpm_jax._settings import Settings
 from dshpm_jax.io import WriteError
 
@@ -52,6 +52,7 @@ def add_options(label: argparse.ArgumentParser) -> None:
         metavar="X",
         help="a file with fewer of its markers found counts as partly labelled (default: 0.5)",
     )
+    add_unlabelled(how)
     run = label.add_argument_group("the run")
     run.add_argument("--dry-run", action="store_true", help="list what would be done, with which model; write nothing")
     run.add_argument("--force", action="store_true", help="make earlier results again, even if nothing changed")
@@ -134,6 +135,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
         "rescale": arguments.rescale,
         "completeness": arguments.completeness,
         "min_confidence": arguments.confidence,
+        "unlabelled": arguments.unlabelled or None,
     }
     try:
         settings = Settings.from_toml(arguments.settings) if arguments.settings else Settings()

@@ -6,6 +6,7 @@ from scipy.optimize import LinearConstraint, milp
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
+from dshpm_jax._control.overlap import overlap_blocks
 from dshpm_jax._types import NO_MATCH
 
 
@@ -120,14 +121,12 @@ def margins(
     stop: Int[np.ndarray, " trajectories"],
 ) -> Float[np.ndarray, " trajectories"]:
     """By how many nats each label given beats its best rival; infinite where there is no label."""
+    named = identity != NO_MATCH
     margin = np.full(len(identity), np.inf)
-    named = np.flatnonzero(identity != NO_MATCH)
-    rows = np.arange(len(named))
-    own = evidence[named, identity[named]]
-    others = evidence[named].copy()
-    others[rows, identity[named]] = -np.inf
-    overlap = (start[named, None] < stop[None]) & (start[None] < stop[named, None])
-    overlap[rows, named] = False
-    rivals = np.where(overlap, evidence[:, identity[named]].T, -np.inf)
-    margin[named] = own - np.maximum(others.max(1), rivals.max(1))
+    for rows, near, together in overlap_blocks(start, stop):
+        own = evidence[rows, identity[rows]]
+        others = evidence[rows].copy()
+        others[np.arange(len(rows)), identity[rows]] = -np.inf
+        rivals = np.where(together, evidence[near][:, identity[rows]].T, -np.inf)
+        margin[rows] = np.where(named[rows], own - np.maximum(others.max(1), rivals.max(1)), np.inf)
     return margin

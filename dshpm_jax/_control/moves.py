@@ -4,11 +4,13 @@ A pair of neighbours that carry each other's labels predicts itself: each alone 
 are tried, each judged in the frames that it touches, by the evidence that it makes itself.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from dshpm_jax._control.evidence import ACCEPT, FrameEvidence, frame_evidence, labels_in
+from dshpm_jax._control.overlap import overlap_blocks
 from dshpm_jax._control.scene import Scene
 from dshpm_jax._requests import Control
 from dshpm_jax._types import NO_MATCH
@@ -35,46 +37,52 @@ class Move:
 
 def propose_moves(scene: Scene, identity: np.ndarray, evidence: np.ndarray) -> list[Move]:
     """Exchanges and takes that might pay, the most promising first."""
-    overlap = _overlap(scene)
     moves = [
-        *_exchanges(overlap, identity, evidence),
-        *_takes(overlap, identity, evidence),
+        *_exchanges(scene, identity, evidence),
+        *_takes(scene, identity, evidence),
         *_permutations(scene, identity, evidence),
     ]
     moves.sort(key=lambda move: (-move.promise, move.trajectories.tolist(), move.labels.tolist()))
     return moves[:MAX_MOVES]
 
 
-def _overlap(scene: Scene) -> np.ndarray:
-    """Which trajectories share a frame; none does with itself."""
+def _meet(scene: Scene, trajectory: int, others: np.ndarray | slice = slice(None)) -> np.ndarray:
+    """Which of `others` share a frame with a trajectory; none does with itself."""
     t = scene.trajectories
-    overlap = (t.start[:, None] < t.stop[None]) & (t.start[None] < t.stop[:, None])
-    np.fill_diagonal(overlap, False)
-    return overlap
+    meet = (t.start[others] < t.stop[trajectory]) & (t.start[trajectory] < t.stop[others])
+    return meet & (np.arange(len(t))[others] != trajectory)
 
 
-def _exchanges(overlap: np.ndarray, identity: np.ndarray, evidence: np.ndarray) -> list[Move]:
+def _exchanges(scene: Scene, identity: np.ndarray, evidence: np.ndarray) -> list[Move]:
     """Labels a and b exchanged among all trajectories that carry one of them and hang together in time.
 
     Exchanging less would leave two trajectories with one label in some frame.
     """
     named = np.flatnonzero(identity != NO_MATCH)
     label = identity[named]
-    own = evidence[named, label]
-    cross = evidence[named][:, label]
-    loss = own[:, None] + own[None] - cross - cross.T
-    near = overlap[np.ix_(named, named)] & (loss < EXCHANGE_REACH)
     moves: dict[tuple, Move] = {}
-    for i, k in zip(*np.nonzero(np.triu(near))):
+    for i, k, loss in _near_ties(scene, named, label, evidence):
         a, b = sorted((int(label[i]), int(label[k])))
-        chain = _chain(overlap, identity, a, b, int(named[i]))
+        chain = _chain(scene, identity, a, b, int(named[i]))
         key = (a, b, chain[0])
-        if key not in moves or moves[key].promise < -loss[i, k]:
-            moves[key] = Move(chain, np.where(identity[chain] == a, b, a), float(-loss[i, k]))
+        if key not in moves or moves[key].promise < -loss:
+            moves[key] = Move(chain, np.where(identity[chain] == a, b, a), -loss)
     return list(moves.values())
 
 
-def _chain(overlap: np.ndarray, identity: np.ndarray, a: int, b: int, start: int) -> np.ndarray:
+def _near_ties(
+    scene: Scene, named: np.ndarray, label: np.ndarray, evidence: np.ndarray
+) -> Iterator[tuple[int, int, float]]:
+    """Pairs of places in `named` that share a frame, and what they lose together with each other's labels (nats)."""
+    t, own = scene.trajectories, evidence[named, label]
+    for rows, near, together in overlap_blocks(t.start[named], t.stop[named]):
+        crossed = evidence[named[rows]][:, label[near]], evidence[named[near]][:, label[rows]].T
+        loss = own[rows, None] + own[near] - crossed[0] - crossed[1]
+        for i, k in zip(*np.nonzero(together & (loss < EXCHANGE_REACH) & (rows[:, None] < near))):
+            yield int(rows[i]), int(near[k]), float(loss[i, k])
+
+
+def _chain(scene: Scene, identity: np.ndarray, a: int, b: int, start: int) -> np.ndarray:
     """Trajectories labelled a or b that hang together with `start` through overlaps in time, ascending."""
     either = np.flatnonzero((identity == a) | (identity == b))
     reached = np.zeros(len(identity), bool)
@@ -82,7 +90,7 @@ def _chain(overlap: np.ndarray, identity: np.ndarray, a: int, b: int, start: int
     reached[start] = True
     while waiting:
         here = waiting.pop()
-        for other in either[overlap[here, either] & ~reached[either]]:
+        for other in either[_meet(scene, here, either) & ~reached[either]]:
             reached[other] = True
             waiting.append(int(other))
     return np.flatnonzero(reached)
@@ -106,25 +114,26 @@ def _permutations(scene: Scene, identity: np.ndarray, evidence: np.ndarray) -> l
     return moves
 
 
-def _takes(overlap: np.ndarray, identity: np.ndarray, evidence: np.ndarray) -> list[Move]:
+def _takes(scene: Scene, identity: np.ndarray, evidence: np.ndarray) -> list[Move]:
     """An unlabelled trajectory takes a label; who held it goes without, or to the best label that is free for it."""
     moves = []
     for j in np.flatnonzero((identity == NO_MATCH) & (evidence.max(1) > TAKE_FLOOR)):
+        beside = _meet(scene, int(j))
         for label in np.argsort(-evidence[j], kind="stable")[:TRIES]:
             if evidence[j, label] <= TAKE_FLOOR:
                 break
-            holders = np.flatnonzero((identity == label) & overlap[j])
+            holders = np.flatnonzero((identity == label) & beside)
             chosen = np.append(holders, j)
             promise = float(evidence[j, label] - evidence[holders, label].sum())
             moves.append(Move(chosen, np.append(np.full(len(holders), NO_MATCH), label), promise))
             if len(holders):
-                free = [_best_free(overlap, identity, evidence, int(h), int(label)) for h in holders]
+                free = [_best_free(scene, identity, evidence, int(h), int(label)) for h in holders]
                 moves.append(Move(chosen, np.array([*free, label]), promise))
     return moves
 
 
-def _best_free(overlap: np.ndarray, identity: np.ndarray, evidence: np.ndarray, trajectory: int, but: int) -> int:
-    taken = identity[overlap[trajectory] & (identity != NO_MATCH)]
+def _best_free(scene: Scene, identity: np.ndarray, evidence: np.ndarray, trajectory: int, but: int) -> int:
+    taken = identity[_meet(scene, trajectory) & (identity != NO_MATCH)]
     scores = evidence[trajectory].copy()
     scores[taken] = -np.inf
     scores[but] = -np.inf

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Sequence
+from fnmatch import fnmatchcase
 from pathlib import Path
 
 import numpy as np
@@ -28,12 +29,12 @@ _OUTPUT_GROUPS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "MODELED_M
 _CENTRE_OF_MASS = re.compile(r"Cent(re|er)OfMass.*", re.IGNORECASE)
 
 
-def read_c3d(path: Path) -> Recording:
+def read_c3d(path: Path, unlabelled: Sequence[str] = ()) -> Recording:
     """The markers of a C3D file; what a model computed from them is left out."""
-    return recording_of(read_layout(path), path)
+    return recording_of(read_layout(path), path, unlabelled)
 
 
-def recording_of(file: C3dFile, path: Path) -> Recording:
+def recording_of(file: C3dFile, path: Path, unlabelled: Sequence[str] = ()) -> Recording:
     """What `read_c3d` gives, for a file that has been read."""
     labels = raw_labels(file)
     if not labels:
@@ -51,7 +52,7 @@ def recording_of(file: C3dFile, path: Path) -> Recording:
     points = _positions(file, columns, MILLIMETRES[unit])
     if not np.isfinite(points).any():
         raise ReadError(path, "not one point was seen in any frame", "export it with its trajectories")
-    names = bare_labels([labels[c] for c in columns], path, _prefixes(file))
+    names = bare_labels([labels[c] for c in columns], path, _prefixes(file), unlabelled)
     return Recording(points, names, rate, unit, path, tuple(columns))
 
 
@@ -93,14 +94,21 @@ def _prefixes(file: C3dFile) -> list[str]:
     return sorted(filter(None, file.strings("SUBJECTS", "LABEL_PREFIXES")), key=len, reverse=True)
 
 
-def bare_labels(labels: list[str], path: Path, prefixes: Sequence[str] = ()) -> tuple[str, ...]:
+def bare_labels(
+    labels: list[str], path: Path, prefixes: Sequence[str] = (), unlabelled: Sequence[str] = ()
+) -> tuple[str, ...]:
     """Labels without subject prefixes; with them where two subjects wear markers of the same names.
 
     Arguments:
         prefixes: what comes before labels in this file, besides what ends in a colon.
+        unlabelled: names, with wildcards, that count as none; with or without their prefix.
     """
     bare = [bare_label(name.removeprefix(next(filter(name.startswith, prefixes), ""))) for name in labels]
-    for names in (bare, [name.strip() for name in labels]):
+    whole = [name.strip() for name in labels]
+    for k, both in enumerate(zip(bare, whole)):
+        if any(fnmatchcase(name, pattern) for name in both for pattern in unlabelled):
+            bare[k] = whole[k] = ""
+    for names in (bare, whole):
         named = [name for name in names if not is_unlabelled(bare_label(name))]
         if len(set(named)) == len(named):
             return tuple(names)

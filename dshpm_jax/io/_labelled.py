@@ -17,6 +17,8 @@ from dshpm_jax.io._errors import WriteError
 from dshpm_jax.io._text import TABLES, text_table
 from dshpm_jax.io._text_table import encoded, rearranged_lines, recording_of_table
 
+_ANY_NAME = ("*",)  # which names the source has does not matter any more, so none can stand against another
+
 
 def write_labelled(labelling: Labelling, path: str | Path) -> None:
     """Writes the recording with its labels as C3D, or in the format of the file that it came from.
@@ -44,7 +46,7 @@ def _write_text(labelling: Labelling, path: Path) -> None:
         remedy = "give a name that ends in .c3d"
         raise WriteError(path, "text is written only in the format that the recording was read in", remedy)
     table = text_table(recording.source)
-    _check_unchanged(recording_of_table(table), recording, recording.source)
+    _check_unchanged(recording_of_table(table, _ANY_NAME), recording, recording.source)
     found, left = _marker_columns(labelling, recording.columns), _unlabelled_columns(labelling, recording.columns)
     names = [*labelling.model.markers, *(f"*{k + 1}" for k in range(left.shape[1]))]
     lines = rearranged_lines(table, np.concatenate([found, left], axis=1).astype(int), names, recording.present)
@@ -62,7 +64,7 @@ def source_layout(recording: Recording) -> tuple[C3dFile, tuple[int, ...]]:
     if recording.source is None or recording.source.suffix.lower() != ".c3d":
         return fresh_layout(recording), tuple(range(recording.points.shape[1]))
     file = read_layout(recording.source)
-    _check_unchanged(recording_of(file, recording.source), recording, recording.source)
+    _check_unchanged(recording_of(file, recording.source, _ANY_NAME), recording, recording.source)
     return file, recording.columns
 
 

@@ -1,5 +1,6 @@
 """One `read` for every format that we know."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from dshpm_jax._recording import Recording
@@ -14,11 +15,15 @@ SUFFIXES = tuple(_READERS)
 """Endings (in lower case) of the files that `read` reads."""
 
 
-def read(path: str | Path) -> Recording:
+def read(path: str | Path, unlabelled: Sequence[str] = ()) -> Recording:
     """Reads a recording, its format told by its ending (one of `SUFFIXES`).
 
     Points come in millimetres, whatever the file's unit, and NaN where a point was not seen; labels come without the
     subject's prefix, unless two subjects wear markers of the same names.
+
+    Arguments:
+        unlabelled: names of columns that count as none, besides those that capture systems give (see
+            `Recording.labels`), with the wildcards of `fnmatch`, as in "ghost*"; such columns get an empty label.
 
     Raises:
         ReadError: there is no such file, it is damaged or of no known kind, or no point is seen in it.
@@ -29,7 +34,7 @@ def read(path: str | Path) -> Recording:
         raise ReadError(path, f"unknown kind of file '{path.suffix}'", f"give one of {', '.join(SUFFIXES)}")
     if not path.is_file():
         raise ReadError(path, "is a folder" if path.is_dir() else "there is no such file", "check the path")
-    return reader(path)
+    return reader(path, unlabelled)
 
 
 def may_be_recording(path: Path) -> bool:

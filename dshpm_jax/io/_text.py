@@ -1,7 +1,7 @@
 """Text files of all programs that we know: which one wrote a file, and what it holds."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from dshpm_jax._recording import Recording
@@ -15,9 +15,9 @@ from dshpm_jax.io._vicon_csv import is_vicon, vicon_table
 _FOREIGN = re.compile(rb"(?mi)^[\s\",;]*(trajectories|format version|MARKER_NAMES\b)")
 
 
-def read_text(path: Path) -> Recording:
+def read_text(path: Path, unlabelled: Sequence[str] = ()) -> Recording:
     """The markers of a text file."""
-    return recording_of_table(text_table(path))
+    return recording_of_table(text_table(path), unlabelled)
 
 
 def text_table(path: Path) -> TextTable:

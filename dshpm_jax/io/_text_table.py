@@ -137,7 +137,7 @@ def join(cells: Sequence[str], delimiter: str) -> str:
     return text.getvalue()
 
 
-def recording_of_table(table: TextTable) -> Recording:
+def recording_of_table(table: TextTable, unlabelled: Sequence[str] = ()) -> Recording:
     """The recording that a table holds."""
     path = table.file.path
     if not table.labels:
@@ -155,7 +155,7 @@ def recording_of_table(table: TextTable) -> Recording:
     points[(points == 0).all(-1) | ~(np.abs(points) <= FARTHEST_MM).all(-1)] = np.nan
     if not np.isfinite(points).any():
         raise ReadError(path, "not one point was seen in any frame", "export it with its trajectories")
-    return Recording(points, bare_labels(list(table.labels), path), table.rate, table.unit, path)
+    return Recording(points, bare_labels(list(table.labels), path, unlabelled=unlabelled), table.rate, table.unit, path)
 
 
 def _positions(table: TextTable) -> Float[np.ndarray, "frames points 3"]:

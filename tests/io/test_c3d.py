@@ -3,7 +3,7 @@
 import ezc3d
 import numpy as np
 import pytest
-from making import make_recording
+from making import make_labelling, make_recording
 
 from dshpm_jax import Recording, io
 from dshpm_jax.io import _c3d_parameters as parameters
@@ -39,6 +39,16 @@ def error_of(path) -> str:
     text = str(caught.value)
     assert "\n" not in text and text.startswith(f"{path}: ") and ";" in text
     return text
+
+
+def test_names_that_are_none_in_this_lab(tmp_path):
+    names = ("LASI", "ghost1", "Nick:ghost1", "Nick:spare", "*4")
+    io.write_c3d(make_recording(labels=names), tmp_path / "walk.c3d")
+    assert io.read(tmp_path / "walk.c3d").labels == names  # the names clash, so the prefixes stay
+    recording = io.read(tmp_path / "walk.c3d", ("ghost*", "Nick:sp*"))
+    assert recording.labels == ("LASI", "", "", "", "*4") and recording.columns == (0, 1, 2, 3, 4)
+    io.write_labelled(make_labelling(recording, ["LASI"]), tmp_path / "out.c3d")
+    assert io.read(tmp_path / "out.c3d").labels == ("LASI", "*1", "*2", "*3", "*4")
 
 
 @pytest.mark.parametrize("name", C3D_FILES)

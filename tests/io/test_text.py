@@ -107,6 +107,20 @@ def test_names_that_are_none(tmp_path, label):
     assert recording.labelled.tolist() == [True, True, False]
 
 
+@pytest.mark.parametrize("name", FILES)
+def test_a_lab_has_names_of_its_own_for_none(tmp_path, name):
+    content = FILES[name].replace("LASI", "ghost 1").replace("RASI", "ghost 1")
+    path = saved(tmp_path, name, content)
+    with pytest.raises(io.ReadError, match="two points have the label '(Nick:)?ghost 1'"):
+        io.read(path)
+    recording = io.read(path, ["G*", "ghost ?"])
+    assert recording.labels[:2] == ("", "") and not recording.labelled.any()
+    np.testing.assert_array_equal(recording.points, io.read(saved(tmp_path, name, FILES[name])).points)
+    saved(tmp_path, name, content)
+    io.write_labelled(make_labelling(recording, []), tmp_path / f"out{path.suffix}")  # reads the file once more
+    assert io.read(tmp_path / f"out{path.suffix}").points.shape == recording.points.shape
+
+
 @pytest.mark.parametrize(
     "name, content, wrong",
     [
