@@ -7,10 +7,11 @@ extremes, bytes, numbers and lines exchanged, repeated and left out), and of mos
 values alone, so that they stay JSON and TOML. Each file must give a recording, a model, segments or settings, or raise
 one line that names the file, in under `SECONDS` of a processor and in an address space of `MEMORY`.
 
-A share `--labelled` of those that are read, and a tenth of that share of the others, go through the whole command,
-dozens in a run: recordings are labelled with a sound model, sound recordings with the models, settings and segments.
-Each run must come to its end, with a line for each file that failed and no result of it, and label the sound recording
-among them as ever. What does harm is kept in FOLDER, and the exit status is 1.
+A share `--labelled` of those that are read, thrice that of the models, settings and segments, and a tenth of it of what
+cannot be read, go through the whole command, dozens in a run: recordings are labelled with a sound model, sound
+recordings with the models, settings and segments. Each run must come to its end, with a line for each file that failed
+and no result of it, and label the sound recording among them as ever. What does harm is kept in FOLDER, and the exit
+status is 1.
 """
 
 import argparse
@@ -40,8 +41,9 @@ SECONDS, MEMORY = 10, 2 << 30
 VALUES_SHARE = 0.7
 """Of the models, settings and segments, how many have their values damaged rather than their bytes."""
 
-REFUSED_SHARE = 0.1
-"""Of the share of files that go through the whole command, how many of those that cannot be read do."""
+SHARES, REFUSED = (1.0, 3.0), 0.1
+"""Factors on the share that is labelled: of recordings and subject files, of models, settings and segments, and of what
+cannot be read."""
 
 
 def main() -> int:
@@ -83,7 +85,7 @@ def _read_all(seeds: list[Path], folder: Path, judge: "Judge", arguments: argpar
         with judge.of(path, SECONDS):
             outcome = _read(path)
             judge.outcomes[f"{path.suffix} {outcome}"] += 1
-            share = arguments.labelled * (1.0 if outcome == "read" else REFUSED_SHARE)
+            share = arguments.labelled * (SHARES[path.suffix in (".json", ".toml")] if outcome == "read" else REFUSED)
         if drawn < share:
             chosen.append(path)
         else:
@@ -165,7 +167,8 @@ def _check_line(text: str, path: Path) -> None:
 def _damaged(seeds: list[Path], folder: Path, seed: int, k: int) -> Path:
     """The k-th damaged file; the same for the same seed, whatever came before."""
     rng = np.random.default_rng([seed, k])
-    source = seeds[int(rng.integers(len(seeds)))]
+    often = [seed for seed in seeds if seed.suffix in (".json", ".toml")] * 2
+    source = (seeds + often)[int(rng.integers(len(seeds + often)))]
     data = source.read_bytes()
     if source.suffix in (".json", ".toml") and rng.random() < VALUES_SHARE:
         data = damage_values(data, source.suffix, rng)

@@ -15,6 +15,13 @@ PROGRAMS = 8  # kernels times the buckets that recordings of one size can reach
 COMPILING = "/jax/core/compile/backend_compile_duration"
 
 
+def test_a_model_without_neighbourhoods_is_for_the_other_methods():
+    recording, bare = take(0)[0].frames(0, 20), replace(model(), neighbourhoods=())
+    with pytest.raises(ValueError, match="no neighbourhoods, which the method 'full' judges by"):
+        label(recording, bare)
+    assert (label(recording, bare, Settings(method="paper")).identity >= 0).any()
+
+
 @pytest.fixture
 def compiled():
     """Names of the programs that are compiled while the test runs."""

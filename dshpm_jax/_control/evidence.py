@@ -20,6 +20,8 @@ FITS_PER_PLACE = 3  # reweighted fits behind each predicted place
 
 POSTURE_PAIRS = 4.0
 
+MARKERS_AT_ONCE = 8  # whose evidence is copied to be summed; of a long recording all of it is large
+
 
 def sample_frames(scene: Scene) -> Int[np.ndarray, " frames"]:
     """Evenly spaced frames, and as few more as it takes to see every trajectory at least once."""
@@ -105,12 +107,15 @@ def mean_over_lives(
     """Mean evidence for each label over the sampled life of each trajectory (nats)."""
     t = scene.trajectories
     index = t.index[frames]
-    rows = index[index != NO_MATCH]
+    seen = index != NO_MATCH
+    rows = index[seen]
     total = np.zeros((len(t), scene.model.num_markers))
     order = np.argsort(rows, kind="stable")
-    picked = found.evidence[index != NO_MATCH][order].astype(float)
     firsts = np.flatnonzero(np.r_[True, np.diff(rows[order]) > 0])
-    total[rows[order][firsts]] = np.add.reduceat(picked, firsts, axis=0)
+    for first in range(0, scene.model.num_markers, MARKERS_AT_ONCE):
+        some = slice(first, first + MARKERS_AT_ONCE)
+        picked = found.evidence[..., some][seen][order].astype(float)
+        total[rows[order][firsts], some] = np.add.reduceat(picked, firsts, axis=0)
     count = np.bincount(rows, minlength=len(t))
     return total / np.maximum(count, 1)[:, None]
 

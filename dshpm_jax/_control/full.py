@@ -6,11 +6,11 @@ from jaxtyping import Int
 from dshpm_jax._control.evidence import sample_frames
 from dshpm_jax._control.resolving import resolve
 from dshpm_jax._control.scene import Scene
-from dshpm_jax._control.settling import State, gain_in_frames, improve, settle, usual_gain
+from dshpm_jax._control.settling import State, gain_in_frames, improve, settle, settle_best, usual_gain
 from dshpm_jax._control.several import tell_apart
 from dshpm_jax._control.turning import turn
 from dshpm_jax._control.voting import AGREED, DENSER, Votes
-from dshpm_jax._requests import Control, Together
+from dshpm_jax._requests import Control
 
 COARSE = 0.3
 """Share of the key-frames that are asked first; most recordings need no more."""
@@ -48,8 +48,9 @@ def _started(scene: Scene, votes: Votes, frames: Int[np.ndarray, " frames"]) -> 
     if _sound(scene, votes, state):
         return state
     start = votes.labels(scene)
-    again = yield Together(tuple(settle(scene, start, frames, state.frames, schedule) for schedule in SCHEDULES))
-    return max((state, *again), key=lambda one: one.worth)
+    restarts = [settle(scene, start, frames, state.frames, schedule) for schedule in SCHEDULES]
+    again, _ = yield from settle_best(restarts, state.frames)
+    return max(state, again, key=lambda one: one.worth)
 
 
 def _asked(scene: Scene, votes: Votes, factor: float, frames: Int[np.ndarray, " frames"]) -> Control:

@@ -27,6 +27,11 @@ def label_control(trajectories: Trajectories, model: SubjectModel, settings: Set
 
 
 def _full(scene: Scene) -> Control:
+    if not scene.model.neighbourhoods:
+        raise ValueError(
+            "the model has no neighbourhoods, which the method 'full' judges by; make it again with 'dshpm-jax model' "
+            "or take the method 'paper'"
+        )
     state, fits = yield from full(scene)
     identity, confidence, reason = decide(scene, state)
     return identity, confidence, reason, {"svd_count": fits + scene.evidence_fits}

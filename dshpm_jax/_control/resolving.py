@@ -6,7 +6,7 @@ from dshpm_jax._control.assignment import assign_labels
 from dshpm_jax._control.dynamic import accept
 from dshpm_jax._control.scene import Known, Scene
 from dshpm_jax._control.segment import match_segment
-from dshpm_jax._control.settling import State, gain_in_frames, settle, usual_gain
+from dshpm_jax._control.settling import State, gain_in_frames, settle, settle_best, usual_gain
 from dshpm_jax._hierarchy import subtree
 from dshpm_jax._requests import Control, Together
 from dshpm_jax._types import NO_MATCH
@@ -36,10 +36,11 @@ def resolve(scene: Scene, state: State, frames: np.ndarray) -> Control:
         if not trials:
             return state
         votes = yield Together(tuple(_votes(loose, state, *trial, poor[trial[0][0]]) for trial in trials))
-        found = yield from _settled(scene, state, frames, [[one] for one in votes])
-        pays = [one for one, after in zip(votes, found) if after.worth > state.worth]
-        found += yield from _settled(scene, state, frames, [pays] if len(pays) > 1 else [])
-        better = max(found, key=lambda s: s.worth)
+        better, worth = yield from _settled(scene, state, frames, [[one] for one in votes])
+        pays = [one for one, found in zip(votes, worth) if found > state.worth]
+        if len(pays) > 1:
+            together, _ = yield from _settled(scene, state, frames, [pays])
+            better = max(better, together, key=lambda s: s.worth)
         if better.worth <= state.worth:
             return state
         state = better
@@ -47,12 +48,16 @@ def resolve(scene: Scene, state: State, frames: np.ndarray) -> Control:
 
 
 def _settled(scene: Scene, state: State, frames: np.ndarray, votes: list[list[np.ndarray]]) -> Control:
-    """What becomes of `state` with each set of votes on top."""
+    """The best that becomes of `state` with a set of votes on top, and what it is worth with each of them."""
     proposals = [_merged(scene, state, some) for some in votes]
     distinct = {p.tobytes(): p for p in proposals if (p != state.identity).any()}
-    states = yield Together(tuple(settle(scene, p, frames, state.frames) for p in distinct.values()))
-    after = dict(zip(distinct, states))
-    return [after.get(p.tobytes(), state) for p in proposals]
+    if not distinct:
+        return state, [state.worth] * len(proposals)
+    best, worth = yield from settle_best(
+        [settle(scene, p, frames, state.frames) for p in distinct.values()], state.frames
+    )
+    after = dict(zip(distinct, worth))
+    return best, [after.get(p.tobytes(), state.worth) for p in proposals]
 
 
 def poor_frames(scene: Scene, state: State, frames: np.ndarray) -> dict[int, list[int]]:

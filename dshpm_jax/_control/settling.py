@@ -1,5 +1,6 @@
 """From first labels to ones that hold: judged over whole lives and assigned in turn, then bettered by moves."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +18,7 @@ from dshpm_jax._control.evidence import (
 )
 from dshpm_jax._control.moves import Move, apply_moves, judge_moves, propose_moves
 from dshpm_jax._control.scene import Scene
-from dshpm_jax._requests import Control
+from dshpm_jax._requests import Control, Together
 from dshpm_jax._types import NO_MATCH
 
 MAX_ROUNDS = 12
@@ -26,6 +27,9 @@ HOLD = 0.5
 """Nats that a label must win by to be taken from where it is; without it near ties swap back and forth."""
 
 MOVE_ROUNDS = 6
+
+EVIDENCE_BYTES, EVIDENCE_COPIES = 256 << 20, 3
+"""How much evidence may be kept at a time by what settles side by side, and how often each keeps it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +85,24 @@ def settle(
                 break
             identity = following
     return best
+
+
+def settle_best(controls: Sequence[Control], before: FrameEvidence) -> Control:
+    """Runs some `settle`, and returns the best `State` of all, the first of equals, and what each is worth.
+
+    As many side by side as memory allows: the evidence of a long recording is large, and each keeps several.
+
+    Arguments:
+        before: evidence of the size that each of them keeps.
+    """
+    at_once = max(1, EVIDENCE_BYTES // (EVIDENCE_COPIES * max(before.evidence.nbytes, 1)))
+    best, worth = None, []
+    for first in range(0, len(controls), at_once):
+        states: list[State] = yield Together(tuple(controls[first : first + at_once]))
+        worth += [state.worth for state in states]
+        best = max([best, *states] if best else states, key=lambda state: state.worth)
+        del states
+    return best, worth
 
 
 def _assign(scene: Scene, state: State, margin: float) -> Int[np.ndarray, " trajectories"]:

@@ -2,6 +2,7 @@
 
 from dshpm_jax._model_building.expectation import expected_spread as expected_spread
 from dshpm_jax._model_building.gather import gather as gather
+from dshpm_jax._model_building.neighbours import MAX_NEIGHBOURS as MAX_NEIGHBOURS
 from dshpm_jax._model_building.neighbours import Neighbourhood as Neighbourhood
 from dshpm_jax._model_building.neighbours import as_arrays as as_arrays
 from dshpm_jax._model_building.neighbours import build_neighbourhoods as build_neighbourhoods

@@ -23,7 +23,7 @@ from dshpm_jax.io._c3d_parameters import (
     text_parameters,
 )
 from dshpm_jax.io._errors import ReadError
-from dshpm_jax.io._units import FARTHEST_MM, HIGHEST_RATE, MILLIMETRES, length_unit
+from dshpm_jax.io._units import FARTHEST_MM, HIGHEST_RATE, LOWEST_RATE, MILLIMETRES, length_unit
 
 _OUTPUT_GROUPS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "MODELED_MARKERS")
 _CENTRE_OF_MASS = re.compile(r"Cent(re|er)OfMass.*", re.IGNORECASE)
@@ -46,7 +46,7 @@ def recording_of(file: C3dFile, path: Path, unlabelled: Sequence[str] = ()) -> R
     if not columns:
         raise ReadError(path, "all its points are model outputs", "export it with its markers")
     rate = _rate(file)
-    if not 0 < rate <= HIGHEST_RATE:
+    if not LOWEST_RATE <= rate <= HIGHEST_RATE:
         raise ReadError(path, f"its rate is {rate:g} frames a second", "set POINT:RATE")
     unit = length_unit((file.strings("POINT", "UNITS") or [""])[0], path)
     points = _positions(file, columns, MILLIMETRES[unit])

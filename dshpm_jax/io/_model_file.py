@@ -8,16 +8,21 @@ import numpy as np
 
 from dshpm_jax._hierarchy import Segment, depth_first
 from dshpm_jax._model import SubjectModel
+from dshpm_jax._model_building import MAX_NEIGHBOURS
 from dshpm_jax._types import NO_PARENT
 from dshpm_jax.io._atomic import write_whole
 from dshpm_jax.io._errors import ReadError
-from dshpm_jax.io._fields import decode, encode
+from dshpm_jax.io._fields import DECIMALS, decode, encode
 from dshpm_jax.io._osim import read_osim
+from dshpm_jax.io._units import FARTHEST_MM
 from dshpm_jax.io._vsk import read_vsk
 
 FORMAT, VERSION = "dshpm-model", 1
 SUBJECT_FILES = {".vsk": read_vsk, ".osim": read_osim}
 """Endings of files in which other programs keep a subject, and what reads them."""
+
+LEAST = 10.0**-DECIMALS
+"""What must not be 0 is not written smaller either."""
 
 _REMEDY = "make it again with 'dshpm-jax model' or correct that entry"
 
@@ -103,6 +108,7 @@ def _check(model: SubjectModel) -> None:
             raise ValueError(f"the model.{name} is not symmetric")
         if (table < 0).any():
             raise ValueError(f"the model.{name} holds negative numbers")
+        _check_lengths(table, f"the model.{name}")
     for s, segment in enumerate(model.segments):
         _check_segment(model, s, segment)
     if len(model.neighbourhoods) not in (0, model.num_markers):
@@ -110,12 +116,21 @@ def _check(model: SubjectModel) -> None:
     for m, near in enumerate(model.neighbourhoods):
         if not set(near.markers) <= set(range(model.num_markers)) - {m}:
             raise ValueError(f"the model.neighbourhoods[{m}] names a marker that is none of the others")
-        if not (np.isfinite(near.shape).all() and (near.softness > 0).all() and near.spread > 0):
+        if len(near.markers) > MAX_NEIGHBOURS:
+            raise ValueError(f"the model.neighbourhoods[{m}] has {len(near.markers)} markers, at most {MAX_NEIGHBOURS}")
+        if not (np.isfinite(near.shape).all() and (near.softness >= LEAST).all() and near.spread >= LEAST):
             raise ValueError(f"the model.neighbourhoods[{m}] holds missing or negative numbers")
+        _check_lengths(np.r_[near.shape.ravel(), near.softness, near.spread], f"the model.neighbourhoods[{m}]")
     if len(depth_first(model.segments)) < len(model.segments):
         raise ValueError("the parents of the segments form a circle")
     if lost := set(range(model.num_markers)) - {m for segment in model.segments for m in segment.markers}:
         raise ValueError(f"the marker '{model.markers[min(lost)]}' belongs to no segment")
+
+
+def _check_lengths(lengths: np.ndarray, place: str) -> None:
+    """Kernels count in single precision, in which a length beyond reason is infinite; NaN is unknown."""
+    if (np.abs(lengths) > FARTHEST_MM).any():
+        raise ValueError(f"{place} holds lengths of more than {FARTHEST_MM:g} mm")
 
 
 def _check_segment(model: SubjectModel, s: int, segment: Segment) -> None:
@@ -128,6 +143,7 @@ def _check_segment(model: SubjectModel, s: int, segment: Segment) -> None:
         raise ValueError(f"{place} names a marker beyond the {model.num_markers} of the model (they count from 0)")
     if not np.isfinite(segment.shape).all():
         raise ValueError(f"{place} has a shape with missing numbers")
+    _check_lengths(segment.shape, place)
     if segment.parent != NO_PARENT and not (0 <= segment.parent < len(model.segments) and segment.parent != s):
         raise ValueError(f"{place} has the parent {segment.parent}, which is no other segment")
     shared = set(segment.markers)

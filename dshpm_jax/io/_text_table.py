@@ -17,7 +17,7 @@ from jaxtyping import Bool, Float, Int
 from dshpm_jax._recording import Recording
 from dshpm_jax.io._c3d import bare_labels
 from dshpm_jax.io._errors import ReadError
-from dshpm_jax.io._units import FARTHEST_MM, HIGHEST_RATE, MILLIMETRES
+from dshpm_jax.io._units import FARTHEST_MM, HIGHEST_RATE, LOWEST_RATE, MILLIMETRES
 
 _BOM = b"\xef\xbb\xbf"
 
@@ -142,7 +142,7 @@ def recording_of_table(table: TextTable, unlabelled: Sequence[str] = ()) -> Reco
     path = table.file.path
     if not table.labels:
         raise ReadError(path, "it holds no points", "export it with its trajectories")
-    if not 0 < table.rate <= HIGHEST_RATE:
+    if not LOWEST_RATE <= table.rate <= HIGHEST_RATE:
         raise ReadError(path, f"its rate is {table.rate:g} frames a second", "set it in the head of the file")
     points = _positions(table)
     if table.announced is not None and len(points) < table.announced:

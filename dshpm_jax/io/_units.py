@@ -10,8 +10,8 @@ MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0}
 FARTHEST_MM = 1e9
 """No system measures a point a thousand kilometres away; what a file has there was not seen."""
 
-HIGHEST_RATE = 1e6
-"""Frames a second that no camera exceeds."""
+LOWEST_RATE, HIGHEST_RATE = 0.01, 1e6
+"""Frames a second that no motion is captured below, and that no camera exceeds."""
 
 _SPELLINGS = {
     "millimeter": "mm",

@@ -51,6 +51,13 @@ def test_names_that_are_none_in_this_lab(tmp_path):
     assert io.read(tmp_path / "out.c3d").labels == ("LASI", "*1", "*2", "*3", "*4")
 
 
+@pytest.mark.parametrize("rate", [1e-38, 0.009, 2e6])
+def test_rates_beyond_reason(tmp_path, rate):
+    io.write_c3d(make_recording(rate=rate), tmp_path / "walk.c3d")
+    with pytest.raises(io.ReadError, match="frames a second; set POINT:RATE"):
+        io.read(tmp_path / "walk.c3d")
+
+
 @pytest.mark.parametrize("name", C3D_FILES)
 def test_reads_what_ezc3d_reads(data, name):
     recording, file = io.read(data / name), ezc3d.c3d(str(data / name))

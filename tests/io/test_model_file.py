@@ -72,6 +72,13 @@ DAMAGE = {
     "neighbourhoods[2] names a marker": lambda m: m["neighbourhoods"][2].update(markers=[0, 2]),
     "neighbourhoods[2].shape has the shape (2, 3), expected (3, 3)": lambda m: m["neighbourhoods"][2]["shape"].pop(),
     "neighbourhoods[0] holds missing": lambda m: m["neighbourhoods"][0].update(spread=None),
+    "neighbourhoods[1] has 9 markers, at most 8": lambda m: m["neighbourhoods"][1].update(
+        markers=[0] * 9, shape=[[0, 0, 0]] * 10, softness=[1] * 9
+    ),
+    "neighbourhoods[1] holds missing": lambda m: m["neighbourhoods"][1].update(softness=[1e-300, 1.0]),
+    "neighbourhoods[1] holds lengths of more than 1e+09": lambda m: m["neighbourhoods"][1].update(spread=1e38),
+    "the model.pair_mean holds lengths": lambda m: [m["pair_mean"][a].__setitem__(1 - a, 1e200) for a in (0, 1)],
+    "'arm' holds lengths of more": lambda m: m["segments"][0]["shape"][0].__setitem__(0, -2e9),
     "'E' belongs to no segment": lambda m: m["segments"][1].update(markers=[2, 3], shape=[[0, 0, 0], [1, 0, 0]]),
 }
 
