@@ -1,14 +1,19 @@
 """A synthetic archive: how well, how fast and in how much memory it is labelled.
 
-    python bench/archive.py FOLDER [--recordings 100] [--workers 2]
+    python bench/archive.py FOLDER [--recordings 100] [--workers 2] [--also OTHERS]
 
 makes FOLDER/captures (five marker sets, 20 subjects, each with a model; a tenth of the points of every recording lost
 in gaps, a tenth of false ones added, no names) and FOLDER/truth, where they are not there yet, and labels it into
 FOLDER/labelled, which must not be there yet.
+
+`--also` takes recordings of your own along, with their models: OTHERS/captures and OTHERS/truth, laid out like those of
+FOLDER, are copied there. The truth of `captures/a/b.c3d` is `truth/a.b.npz`, with `labels`, `xyz` (frames, labels, 3),
+`units` and `judged` (frames, labels).
 """
 
 import argparse
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -33,11 +38,14 @@ def main() -> None:
     parser.add_argument("folder", type=Path)
     parser.add_argument("--recordings", type=int, default=100)
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--also", type=Path, metavar="OTHERS", help="folder with captures and truth of your own")
     arguments = parser.parse_args()
     folder = arguments.folder
     if (folder / "labelled").exists():
         raise SystemExit(f"{folder / 'labelled'} is there: move it away")
     make(folder, arguments.recordings)
+    for part in ("captures", "truth") if arguments.also else ():
+        shutil.copytree(arguments.also / part, folder / part, dirs_exist_ok=True)
     command = label_command(folder, folder / "labelled", "--workers", str(arguments.workers))
     start = time.perf_counter()
     with (folder / "run.txt").open("w") as lines, subprocess.Popen(command, stdout=lines) as process:
@@ -47,10 +55,9 @@ def main() -> None:
     scores = dict(score(folder))
     frames = sum(frames for _, frames in scores.values())
     print(f"{len(scores)} files, {frames} frames, {frames / seconds:.0f} frames/s, starting and compiling included")
-    for kind in SETS:
-        found = [f1 for name, (f1, _) in scores.items() if name.startswith(kind)]
-        if found:
-            print(f"{kind:12} {len(found):5} files, mean F1 {np.mean(found):.4f}, lowest {min(found):.4f}")
+    for kind in sorted({Path(name).parts[0] for name in scores}):
+        found = [f1 for name, (f1, _) in scores.items() if Path(name).parts[0] == kind]
+        print(f"{kind:28} {len(found):5} files, mean F1 {np.mean(found):.4f}, lowest {min(found):.4f}")
     print("peak memory of the processes (MB):", " ".join(f"{peak / 1e6:.0f}" for peak in sorted(peaks, reverse=True)))
 
 
@@ -132,17 +139,20 @@ def score(folder: Path) -> Iterator[tuple[str, tuple[float, int]]]:
         name = path.relative_to(folder / "captures")
         truth = dict(np.load(truth_of(folder, name)))
         places = places_of(truth)
-        there = int(np.isfinite(places).all(-1).sum())
+        there = int((np.isfinite(places).all(-1) & truth["judged"]).sum())
         labelled = folder / "labelled" / name
         if not labelled.exists():
             yield str(name), (0.0, len(places))
             continue
         found = read(labelled)
-        column = [found.labels.index(label) for label in truth["labels"]]
-        given = found.points[:, column]
+        given = np.full(places.shape, np.nan)
+        for k, label in enumerate(truth["labels"]):
+            if label in found.labels:  # a model need not have all that is known
+                given[:, k] = found.points[:, found.labels.index(label)]
         with np.errstate(invalid="ignore"):
-            right = int((np.linalg.norm(given - places, axis=-1) < NEAR).sum())
-        yield str(name), (2.0 * right / max(1, there + int(np.isfinite(given).all(-1).sum())), len(places))
+            right = int(((np.linalg.norm(given - places, axis=-1) < NEAR) & truth["judged"]).sum())
+        named = int((np.isfinite(given).all(-1) & truth["judged"]).sum())
+        yield str(name), (2.0 * right / max(1, there + named), len(places))
 
 
 if __name__ == "__main__":
