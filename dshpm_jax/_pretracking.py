@@ -4,6 +4,7 @@ import logging
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
+from scipy.spatial.distance import cdist
 
 from dshpm_jax._kernels.tracking import ACCELERATION, SPEED, track
 from dshpm_jax._recording import Recording
@@ -48,8 +49,8 @@ def columns_are_tracks(points: Float[np.ndarray, "frames points 3"]) -> bool:
     own = total = chance = 0.0
     for t in _spread(np.flatnonzero(steps.any(1)), SAMPLED_FRAMES):
         columns, following = np.flatnonzero(steps[t]), np.flatnonzero(present[t + 1])
-        distance = np.linalg.norm(points[t][columns][:, None] - points[t + 1][following][None], axis=-1)
-        nearest = distance.min(1) >= np.linalg.norm(points[t + 1, columns] - points[t, columns], axis=-1)
+        distance = cdist(points[t, columns], points[t + 1, following])
+        nearest = distance.min(1) >= distance[np.arange(len(columns)), np.searchsorted(following, columns)]
         if len(following) > 1:  # a lone point is nearest in any case
             own, total, chance = own + nearest.sum(), total + len(columns), chance + len(columns) / len(following)
     if total:
@@ -93,12 +94,14 @@ def _taken_over(points, course, miss, judged, present) -> Bool[np.ndarray, "fram
     """Where another column's next point is on a column's course, and the column itself is off it."""
     found = np.zeros_like(judged)
     suspects = judged & (np.nan_to_num(miss) > SUSPECT)
+    free = present.copy()  # points that no column claims by being on its course
+    free[1:] &= ~(judged & (np.nan_to_num(miss, nan=np.inf) <= SUSPECT))[:-1]
     for t in np.flatnonzero(suspects.any(1)):
-        columns, following = np.flatnonzero(suspects[t]), np.flatnonzero(present[t + 1])
-        distance = np.linalg.norm(course[t][columns][:, None] - points[t + 1][following][None], axis=-1)
+        columns, following = np.flatnonzero(suspects[t]), np.flatnonzero(free[t + 1])
+        if not len(following):
+            continue
+        distance = cdist(course[t, columns], points[t + 1, following])
         distance[columns[:, None] == following[None]] = np.inf
-        free = ~(judged[t, following] & (miss[t, following] <= SUSPECT))
-        distance[:, ~free] = np.inf
         found[t, columns] = RIVAL_RATIO * distance.min(1) < miss[t, columns]
     return found
 

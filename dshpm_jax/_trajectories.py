@@ -112,9 +112,16 @@ def from_columns(
     index = np.full((frames, width), NO_MATCH, dtype=np.int32)
     starts: list[np.ndarray] = []
     count = 0
+    linked = present & (links != NO_MATCH)
+    steady = np.zeros(frames, bool)  # nothing ends, begins or moves to another column
+    steady[1:] = ((present[1:] == present[:-1]) & (linked == present)[:-1]).all(1)
+    steady[1:] &= ((links == np.arange(width)) | ~linked)[:-1].all(1)
     for t in range(frames):  # over frames only: a row at a time
+        if steady[t]:
+            index[t] = index[t - 1]
+            continue
         if t:
-            before = np.flatnonzero(present[t - 1] & (links[t - 1] != NO_MATCH))
+            before = np.flatnonzero(linked[t - 1])
             index[t, links[t - 1, before]] = index[t - 1, before]
         new = np.flatnonzero(present[t] & (index[t] == NO_MATCH))
         new = new[np.lexsort(points[t, new].T[::-1])]
