@@ -22,6 +22,7 @@ from pathlib import Path
 
 import numpy as np
 import psutil
+from _machine import peak_memory
 from _truth import NEAR, places_of
 
 from dshpm_jax import SubjectModel, read, write_c3d, write_model
@@ -122,15 +123,6 @@ def family(pid: int) -> list[int]:
         return [pid, *(child.pid for child in psutil.Process(pid).children(recursive=True))]
     except psutil.NoSuchProcess:
         return []
-
-
-def peak_memory(pid: int) -> int:
-    """The most that a process ever had resident (bytes), 0 if it is gone."""
-    try:
-        lines = Path(f"/proc/{pid}/status").read_text().splitlines()
-    except OSError:
-        return 0
-    return next((int(line.split()[1]) * 1024 for line in lines if line.startswith("VmHWM")), 0)
 
 
 def score(folder: Path) -> Iterator[tuple[str, tuple[float, int]]]:

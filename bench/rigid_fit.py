@@ -1,27 +1,22 @@
 """How fast is our rigid fit beside batched `jnp.linalg.svd`?
 
-    python bench/rigid_fit.py [--runs N]
+    python bench/rigid_fit.py [--quick]
 
-Both are compiled and warmed up first (compiling is timed apart); then they run in turns, and the medians are printed.
-`batch` is the face with the batch first, `lanes` the one that other kernels call. On two shared CPU cores, jax 0.10:
-
-      fits points        svd      batch      lanes  svd/lanes  compile
-      1024      4       3672        693        559        6.6     2.87
-      1024     16       5530       1819       1458        3.8     2.74
-     16384      4      84209      15387      17059        4.9     3.38
-     16384     16     126088      52062      49946        2.5     4.44
+Both are compiled and warmed up first (compiling is timed apart); then they run in turns. `batch` is our face with the
+batch first, `lanes` the one that other kernels call; ratios are over our time.
 """
 
-import argparse
-import time
-from collections.abc import Callable
-from statistics import median
+from collections.abc import Iterator
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from _rows import Row, run
+from _timing import paired, seconds
 
 from dshpm_jax._kernels.rigid_fit import rigid_fit, rigid_fit_lanes
+
+MANY = 1024  # fits, from which on the time is that of the fits and not that of the call
 
 
 def svd_fit(model, data, weights):
@@ -37,12 +32,6 @@ def svd_fit(model, data, weights):
     return rotation, data_mean - jnp.einsum("bij,bj->bi", rotation, model_mean), rms
 
 
-def timed(function: Callable, *arguments) -> float:
-    start = time.perf_counter()
-    jax.block_until_ready(function(*arguments))
-    return time.perf_counter() - start
-
-
 def cases(fits: int, markers: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     rng = np.random.default_rng(0)
     model = rng.normal(0, 100, (fits, markers, 3)).astype(np.float32)
@@ -52,22 +41,27 @@ def cases(fits: int, markers: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return model, data, np.ones((fits, markers), np.float32)
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--runs", type=int, default=30)
-    runs = parser.parse_args().runs
-    print(f"{jax.devices()[0]}; medians of {runs} runs in turns, microseconds; first call in seconds")
-    print(f"{'fits':>6} {'points':>6} {'svd':>10} {'batch':>10} {'lanes':>10} {'svd/lanes':>10} {'compile':>8}")
+def rows(quick: bool) -> Iterator[Row]:
     for fits in (64, 1024, 16384):
-        for markers in (4, 10, 16):
-            batch = tuple(jnp.asarray(x) for x in cases(fits, markers))
-            lanes = tuple(jnp.moveaxis(x, 0, -1) for x in batch)
-            contests = [(jax.jit(svd_fit), batch), (jax.jit(rigid_fit), batch), (jax.jit(rigid_fit_lanes), lanes)]
-            first = [timed(function, *arguments) for function, arguments in contests]
-            times = [[timed(function, *arguments) for function, arguments in contests] for _ in range(runs)]
-            svd, ours, inner = (1e6 * median(t[k] for t in times) for k in range(3))
-            print(f"{fits:6} {markers:6} {svd:10.0f} {ours:10.0f} {inner:10.0f} {svd / inner:10.1f} {first[1]:8.2f}")
+        for markers in (4,) if quick else (4, 10, 16):
+            yield from contest(fits, markers, 7 if quick else 30)
+
+
+def contest(fits: int, markers: int, runs: int) -> Iterator[Row]:
+    batch = tuple(jnp.asarray(x) for x in cases(fits, markers))
+    lanes = tuple(jnp.moveaxis(x, 0, -1) for x in batch)
+    contests = [(jax.jit(rigid_fit_lanes), lanes), (jax.jit(rigid_fit), batch), (jax.jit(svd_fit), batch)]
+    waiting = [lambda f=function, x=x: jax.block_until_ready(f(*x)) for function, x in contests]
+    first = [seconds(function) for function in waiting]
+    (ours, _, _), (_, in_batch, svd) = paired(waiting, runs)
+    apart = jnp.abs(contests[1][0](*batch).rms - contests[2][0](*batch)[2]).max()
+    case = f"{fits} fits of {markers} points"
+    yield Row(case, "svd / batch", svd / in_batch, at_least=5.0 if fits >= MANY else None)
+    yield Row(case, "svd / lanes", svd)
+    yield Row(case, "lanes (us)", 1e6 * ours)
+    yield Row(case, "compiling lanes (s)", first[0])
+    yield Row(case, "residuals differ by (mm)", float(apart), at_most=1e-3)
 
 
 if __name__ == "__main__":
-    main()
+    run(__doc__, rows)

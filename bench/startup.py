@@ -1,0 +1,55 @@
+"""How long until the first label of a fresh process, and does a second recording compile anything?
+
+    python bench/startup.py [--quick]
+
+`dshpm-jax label` with one worn recording of 600 frames in 49 markers, in a process of its own: the whole command,
+results and report included, with an empty folder for compiled programs and then with the one that it filled. In this
+process, the programs that a second recording of the same kind compiles are counted.
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from statistics import median
+
+from _rows import Row, run
+from _timing import compiling, seconds
+from scaling import MARKERS, model_of, walk
+
+from dshpm_jax import label, write_c3d, write_model
+
+CASE = "one recording of 600 frames"
+
+
+def rows(quick: bool) -> Iterator[Row]:
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        write_c3d(walk(), folder / "walk.c3d")
+        write_model(model_of(MARKERS), folder / "model.json")
+        cold = seconds(lambda: command(folder, "cold"))
+        cached = [seconds(lambda k=k: command(folder, f"cached{k}")) for k in range(1 if quick else 5)]
+        yield Row(CASE, "a fresh process, cold (s)", cold, at_most=15.0)
+        yield Row(CASE, "a fresh process, programs cached (s)", median(cached), at_most=4.0)
+        yield Row(CASE, "programs in the cache", len(list((folder / "cache").glob("*-cache"))))
+    with compiling() as programs:
+        label(walk(), model_of(MARKERS))
+    yield Row(CASE, "programs compiled", len(programs))
+    yield Row(CASE, "seconds of compiling", sum(programs))
+    with compiling() as programs:
+        label(walk(seed=1), model_of(MARKERS))
+    yield Row("a second recording like it", "programs compiled", len(programs), at_most=0)
+
+
+def command(folder: Path, out: str) -> None:
+    arguments = ["label", str(folder / "walk.c3d"), "--model", str(folder / "model.json"), "-o", str(folder / out)]
+    environment = os.environ | {"DSHPM_CACHE": str(folder / "cache")}
+    subprocess.run(
+        [sys.executable, "-m", "dshpm_jax", *arguments], env=environment, check=True, stdout=subprocess.DEVNULL
+    )
+
+
+if __name__ == "__main__":
+    run(__doc__, rows)
