@@ -51,7 +51,7 @@ def several_people(points: float) -> Work:
 
 
 def more_ghosts(points: float) -> Work:
-    return [walk(ghosts=points / MARKERS - 1)], model_of(MARKERS)
+    return [walk(ghosts=points / MARKERS - (1 - WORN))], model_of(MARKERS)
 
 
 def more_frames(frames: float) -> Work:
