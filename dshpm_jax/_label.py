@@ -65,8 +65,7 @@ def label_many(
         models = list(driver.run(rescale(t, model, settings) for t, model in zip(tracked, models)))
     controls = (label_control(t, model, settings) for t, model in zip(tracked, models))
     for recording, model, t, found in zip(recordings, models, tracked, driver.run(controls)):
-        identity, confidence, reason, stats = found
-        yield Labelling(recording, model, t, identity, confidence, reason, stats)
+        yield Labelling(recording, model, t, *found)
 
 
 def _trajectories(recording: Recording, settings: Settings) -> Trajectories:

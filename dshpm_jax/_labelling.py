@@ -41,6 +41,8 @@ class Labelling:
         confidence: for each trajectory, 0 to 1, how sure the decision is.
         reason: for each trajectory, why.
         stats: figures of the run, such as "svd_count" (rigid fits, section 5.2.3).
+        could_be: for each trajectory the markers, besides its label, that it may be: the label that is withheld from
+            it, and the one that it would be exchanged with; `NO_MATCH` beyond. Only the full method knows any.
     """
 
     recording: Recording
@@ -50,6 +52,7 @@ class Labelling:
     confidence: Float[np.ndarray, "trajectories"]
     reason: tuple[Reason, ...]
     stats: dict[str, Any] = field(default_factory=dict)
+    could_be: Int[np.ndarray, "trajectories 2"] | None = None
 
     @property
     def identities(self) -> Int[np.ndarray, "frames points"]:

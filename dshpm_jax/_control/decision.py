@@ -1,7 +1,7 @@
 """What is finally given out: labels, how sure each is, and why a trajectory has none."""
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from dshpm_jax._control.assignment import margins
 from dshpm_jax._control.evidence import ACCEPT
@@ -46,6 +46,21 @@ def decide(scene: Scene, state: State) -> tuple[np.ndarray, np.ndarray, tuple[Re
     identity = np.where(withheld, NO_MATCH, state.identity)
     confidence = np.where(withheld, 1.0 - chance, np.where(named, chance, none))
     return identity, confidence, tuple(map(Reason, reason))
+
+
+def alternatives(state: State, identity: Int[np.ndarray, " trajectories"]) -> Int[np.ndarray, "trajectories 2"]:
+    """The label withheld from each trajectory, then the best of the others that would pay; `NO_MATCH` beyond.
+
+    Arguments:
+        identity: the labels given out, as `decide` has them.
+    """
+    evidence = state.evidence.copy()
+    named = np.flatnonzero(state.identity != NO_MATCH)
+    evidence[named, state.identity[named]] = -np.inf
+    other = np.where(evidence.max(1) > ACCEPT, evidence.argmax(1), NO_MATCH)
+    kept = identity == state.identity
+    first, second = np.where(kept, other, state.identity), np.where(kept, NO_MATCH, other)
+    return np.stack([first, second], axis=1).astype(np.int32)
 
 
 def _chance(scene: Scene, state: State) -> Float[np.ndarray, " trajectories"]:

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from dshpm_jax._control.decision import decide
+from dshpm_jax._control.decision import alternatives, decide
 from dshpm_jax._control.dynamic import identify, key_frame
 from dshpm_jax._control.full import full
 from dshpm_jax._control.propagation import propagate
@@ -16,8 +16,8 @@ from dshpm_jax._settings import Settings
 from dshpm_jax._trajectories import Trajectories
 from dshpm_jax._types import NO_MATCH
 
-Answer = tuple[np.ndarray, np.ndarray, tuple[Reason, ...], dict[str, Any]]
-"""Identity, confidence and reason of each trajectory, and figures of the run."""
+Answer = tuple[np.ndarray, np.ndarray, tuple[Reason, ...], dict[str, Any], np.ndarray | None]
+"""Identity, confidence and reason of each trajectory, figures of the run, and what else each could be."""
 
 
 def label_control(trajectories: Trajectories, model: SubjectModel, settings: Settings) -> Control:
@@ -34,7 +34,7 @@ def _full(scene: Scene) -> Control:
         )
     state, fits = yield from full(scene)
     identity, confidence, reason = decide(scene, state)
-    return identity, confidence, reason, {"svd_count": fits + scene.evidence_fits}
+    return identity, confidence, reason, {"svd_count": fits + scene.evidence_fits}, alternatives(state, identity)
 
 
 def _dynamic(scene: Scene) -> Control:
@@ -68,4 +68,4 @@ def _answer(known: Known) -> Answer:
     lost = Reason.OUTSIDE if known.found.all() else Reason.ABANDONED
     given = [Reason.RECRUITED if recruited else Reason.MATCHED for recruited in known.recruited]
     reason = tuple(g if n else lost for g, n in zip(given, named))
-    return known.identity, named.astype(float), reason, {"svd_count": known.fits}
+    return known.identity, named.astype(float), reason, {"svd_count": known.fits}, None

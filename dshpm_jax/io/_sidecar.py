@@ -84,7 +84,10 @@ def read_sidecar_head(path: str | Path) -> dict[str, Any] | None:
 
 
 def _row(labelling: Labelling, trajectory: int) -> dict[str, Any]:
-    """The sidecar's row of one trajectory; `columns` are runs [column, first, last] where it changes its column."""
+    """The sidecar's row of one trajectory; `columns` are runs [column, first, last] where it changes its column.
+
+    `could_be` is there where other labels fit it too, or one is withheld, which then comes first.
+    """
     tracks, recording = labelling.trajectories, labelling.recording
     start, stop = int(tracks.start[trajectory]), int(tracks.stop[trajectory])
     column = tracks.column[start:stop, tracks.slot[trajectory]]
@@ -99,12 +102,15 @@ def _row(labelling: Labelling, trajectory: int) -> dict[str, Any]:
         found["columns"] = runs
     elif not is_unlabelled(recording.labels[column[0]]):
         found["was"] = recording.labels[column[0]]
-    return found | {
+    found |= {
         "frames": [start, stop - 1],
         "label": None if identity == NO_MATCH else labelling.model.markers[identity],
         "confidence": round(float(labelling.confidence[trajectory]), 4),
         "reason": str(labelling.reason[trajectory]),
     }
+    others = () if labelling.could_be is None else labelling.could_be[trajectory]
+    could_be = [labelling.model.markers[marker] for marker in others if marker != NO_MATCH]
+    return found | {"could_be": could_be} if could_be else found
 
 
 def _dumps(value: Any) -> str:

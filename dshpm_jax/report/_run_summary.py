@@ -129,6 +129,7 @@ def _suspect_row(number: int, track: Mapping[str, Any], rate: float) -> dict[str
         "confidence": track["confidence"],
         "stake": round((1 - track["confidence"]) * seconds, 4),
         "reason": track["reason"],
+        "could_be": track.get("could_be", []),
     }
 
 

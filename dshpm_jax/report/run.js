@@ -186,6 +186,7 @@ const suspectColumns = [
     title: "Label", key: row => row.label ?? "",
     show: (cell, row) => make("span", cell, row.label ?? "withheld", row.label ? "" : "soft"),
   },
+  {title: "Could be", key: row => row.could_be[0], show: (cell, row) => cell.append(row.could_be.join(" or "))},
   numeric("Confidence", "confidence", x => x.toFixed(3), false),
   {
     title: "File", key: row => fileOf(row).name,
@@ -204,7 +205,7 @@ const suspectColumns = [
 const some = DATA.all_suspects > DATA.suspects.length ? `the first ${count(DATA.suspects.length)} of ${count(DATA.all_suspects)}: ` : "";
 say(suspectsSection, some + `less sure than ${DATA.sure}, or withheld because two labels fit almost equally well, as where two `
   + "are swapped; by the seconds expected to be wrong");
-table(suspectsSection, suspectColumns, DATA.suspects, stake, row => `${fileOf(row).name} ${row.label ?? ""}`);
+table(suspectsSection, suspectColumns, DATA.suspects, stake, row => `${fileOf(row).name} ${row.label ?? ""} ${row.could_be.join(" ")}`);
 
 // Markers, the one found least first.
 const found = measured("Found", "found");

@@ -5,7 +5,7 @@ import pytest
 from takes import model, take
 
 from dshpm_jax import Reason, Settings
-from dshpm_jax._control.decision import decide
+from dshpm_jax._control.decision import alternatives, decide
 from dshpm_jax._control.evidence import frame_evidence, labels_in, posture, sample_frames
 from dshpm_jax._control.full import full
 from dshpm_jax._control.resolving import poor_frames, resolve
@@ -86,6 +86,15 @@ def test_labels_under_the_least_confidence_are_withheld(scene_and_truth, least, 
     withheld = named & (identity == NO_MATCH)
     assert {reason[j] for j in np.flatnonzero(withheld)} <= {Reason.AMBIGUOUS, Reason.DOUBTFUL}
     assert withheld.any() == none_left
+    assert (alternatives(state, identity)[withheld, 0] == state.identity[withheld]).all()
+
+
+def test_what_else_a_trajectory_could_be():
+    evidence = np.array([[9.0, 8.0, 1.0], [9.0, 1.0, 1.5], [3.0, 9.0, 4.0], [1.0, 5.0, 6.0]])
+    state = State(np.array([0, 0, 1, NO_MATCH]), evidence, 0.0, None)  # type: ignore[arg-type]
+    given_out = np.array([0, 0, NO_MATCH, NO_MATCH])
+    none = NO_MATCH
+    assert alternatives(state, given_out).tolist() == [[1, none], [none, none], [1, 2], [2, none]]
 
 
 def test_a_distance_that_fits_nothing_says_nothing(scene_and_truth):

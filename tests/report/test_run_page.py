@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pytest
 from browser import assert_self_contained, data_of, needs_browser, shown
 from making import make_labelling, make_recording
@@ -78,10 +79,14 @@ def test_labels_to_look_at(gapped, tmp_path):
     (nobody,) = (j for j, reason in enumerate(reasons) if reason == Reason.OUTSIDE)
     reasons[nobody], labelling.confidence[nobody] = Reason.AMBIGUOUS, 0.6
     object.__setattr__(labelling, "reason", tuple(reasons))
+    could_be = np.full((len(reasons), 2), -1)
+    could_be[0, 0], could_be[nobody] = 1, [1, 0]
+    object.__setattr__(labelling, "could_be", could_be)
     data = data_of(page_of(tmp_path, [add_result(tmp_path, "walk.c3d", labelling)]))
     assert [(s["label"], s["stake"]) for s in data["suspects"]] == [(None, 0.8), ("A", 0.5)]
     assert data["suspects"][1]["first"] == 0 and data["suspects"][1]["last"] == 19 and data["all_suspects"] == 2
     assert data["files"][0]["suspects"] == 2
+    assert [s["could_be"] for s in data["suspects"]] == [["B", "A"], ["B"]]
 
 
 def test_files_without_a_result(tmp_path):
@@ -130,10 +135,13 @@ def test_what_is_no_page_of_ours_stays(tmp_path):
 
 @needs_browser
 def test_a_browser_shows_it(gapped, tmp_path):
-    row = add_result(tmp_path, "walk.c3d", labelling_of(gapped, ["A", "B"], 0.85), seconds=2.0)
+    labelling = labelling_of(gapped, ["A", "B"], 0.85)
+    object.__setattr__(labelling, "could_be", np.tile([1, 0], (len(labelling.trajectories), 1)))
+    row = add_result(tmp_path, "walk.c3d", labelling, seconds=2.0)
     failed = {"input": EVIL, "output": "bad.c3d", "outcome": "failed", "message": EVIL}
     write_run_page(tmp_path, [row, failed])
     page = shown(tmp_path / PAGE_NAME, tmp_path / "profile")
     assert "FAILED" not in page and "onerror=alert(1)&gt;&amp;" in page
     assert page.index(">bad.c3d<") < page.index('href="walk.c3d"')  # the worst first
+    assert ">Could be<" in page and "<td>B or A</td>" in page
     assert page.count("<tr>") == 3 + 2 + 4 + 2  # heads; files, labels to look at (A, and three stretches of B), markers
