@@ -133,6 +133,8 @@ def draw_scaling(found: Sequence[Found], out: Path) -> None:
     for axes, (name, rows) in zip(all_axes, curves.items()):
         axes.plot([row.size for row in rows], [row.value for row in rows], "o-")
         axes.set(xscale="log", yscale="log", xlabel=name.removeprefix("time against ").removesuffix(" (s)"))
+        axes.set_xticks([row.size for row in rows], [f"{row.size:g}" for row in rows])
+        axes.minorticks_off()
     all_axes[0].set_ylabel("seconds")
     save(figure, out / f"{NAME}-scaling")
 
