@@ -134,7 +134,7 @@ def draw_scaling(found: Sequence[Found], out: Path) -> None:
         axes.plot([row.size for row in rows], [row.value for row in rows], "o-")
         axes.set(xscale="log", yscale="log", xlabel=name.removeprefix("time against ").removesuffix(" (s)"))
         axes.set_xticks([row.size for row in rows], [f"{row.size:g}" for row in rows])
-        axes.minorticks_off()
+        axes.set_xticks([], minor=True)
     all_axes[0].set_ylabel("seconds")
     save(figure, out / f"{NAME}-scaling")
 
