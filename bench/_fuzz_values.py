@@ -30,7 +30,7 @@ def damage_values(data: bytes, suffix: str, rng: np.random.Generator) -> bytes:
     for _ in range(int(_choice(rng, (1, 1, 2, 3)))):
         try:
             ways[int(rng.integers(len(ways)))](found, rng)
-        except (IndexError, KeyError, TypeError, ValueError):
+        except (AttributeError, IndexError, KeyError, TypeError, ValueError):
             pass  # what it would damage is damaged already
     return (json.dumps(found) if model else _toml(found)).encode()
 

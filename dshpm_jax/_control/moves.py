@@ -6,6 +6,7 @@ are tried, each judged in the frames that it touches, by the evidence that it ma
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from heapq import nsmallest
 
 import numpy as np
 
@@ -37,13 +38,10 @@ class Move:
 
 def propose_moves(scene: Scene, identity: np.ndarray, evidence: np.ndarray) -> list[Move]:
     """Exchanges and takes that might pay, the most promising first."""
-    moves = [
-        *_exchanges(scene, identity, evidence),
-        *_takes(scene, identity, evidence),
-        *_permutations(scene, identity, evidence),
-    ]
-    moves.sort(key=lambda move: (-move.promise, move.trajectories.tolist(), move.labels.tolist()))
-    return moves[:MAX_MOVES]
+    kinds = (_exchanges, _takes, _permutations)
+    moves = (move for kind in kinds for move in kind(scene, identity, evidence))
+    # A long recording has hundreds of thousands; only the best are kept.
+    return nsmallest(MAX_MOVES, moves, lambda m: (-m.promise, m.trajectories.tolist(), m.labels.tolist()))
 
 
 def _meet(scene: Scene, trajectory: int, others: np.ndarray | slice = slice(None)) -> np.ndarray:
@@ -96,12 +94,11 @@ def _chain(scene: Scene, identity: np.ndarray, a: int, b: int, start: int) -> np
     return np.flatnonzero(reached)
 
 
-def _permutations(scene: Scene, identity: np.ndarray, evidence: np.ndarray) -> list[Move]:
+def _permutations(scene: Scene, identity: np.ndarray, evidence: np.ndarray) -> Iterator[Move]:
     """A segment turned onto itself: a nearly rectangular plate fits four ways, and exchanges pass through worse ones.
 
     So do two markers that are each other's best neighbour: by today's evidence neither can be anywhere else.
     """
-    moves = []
     for target, ways in zip(scene.targets, scene.body.symmetries):
         own = np.flatnonzero(scene.body.owned[target.segment, identity])
         if not len(own):
@@ -110,13 +107,11 @@ def _permutations(scene: Scene, identity: np.ndarray, evidence: np.ndarray) -> l
             to = dict(zip(target.markers.tolist(), target.markers[list(permutation)].tolist()))
             labels = np.array([to[int(label)] for label in identity[own]])
             loss = evidence[own, identity[own]] - evidence[own, labels]
-            moves.append(Move(own, labels, -float(loss.mean())))
-    return moves
+            yield Move(own, labels, -float(loss.mean()))
 
 
-def _takes(scene: Scene, identity: np.ndarray, evidence: np.ndarray) -> list[Move]:
+def _takes(scene: Scene, identity: np.ndarray, evidence: np.ndarray) -> Iterator[Move]:
     """An unlabelled trajectory takes a label; who held it goes without, or to the best label that is free for it."""
-    moves = []
     for j in np.flatnonzero((identity == NO_MATCH) & (evidence.max(1) > TAKE_FLOOR)):
         beside = _meet(scene, int(j))
         for label in np.argsort(-evidence[j], kind="stable")[:TRIES]:
@@ -125,11 +120,10 @@ def _takes(scene: Scene, identity: np.ndarray, evidence: np.ndarray) -> list[Mov
             holders = np.flatnonzero((identity == label) & beside)
             chosen = np.append(holders, j)
             promise = float(evidence[j, label] - evidence[holders, label].sum())
-            moves.append(Move(chosen, np.append(np.full(len(holders), NO_MATCH), label), promise))
+            yield Move(chosen, np.append(np.full(len(holders), NO_MATCH), label), promise)
             if len(holders):
                 free = [_best_free(scene, identity, evidence, int(h), int(label)) for h in holders]
-                moves.append(Move(chosen, np.array([*free, label]), promise))
-    return moves
+                yield Move(chosen, np.array([*free, label]), promise)
 
 
 def _best_free(scene: Scene, identity: np.ndarray, evidence: np.ndarray, trajectory: int, but: int) -> int:
