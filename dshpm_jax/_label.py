@@ -64,8 +64,8 @@ def label_many(
     if settings.rescale:
         models = list(driver.run(rescale(t, model, settings) for t, model in zip(tracked, models)))
     controls = (label_control(t, model, settings) for t, model in zip(tracked, models))
-    for recording, model, t, found in zip(recordings, models, tracked, driver.run(controls)):
-        yield Labelling(recording, model, t, *found)
+    for recording, model, found in zip(recordings, models, driver.run(controls)):
+        yield Labelling(recording, model, *found)
 
 
 def _trajectories(recording: Recording, settings: Settings) -> Trajectories:

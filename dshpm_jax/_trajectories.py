@@ -54,6 +54,23 @@ class Trajectories:
         here, points = self.at(frame)
         return here, from_columns(points[None], self.rate)
 
+    def cut(
+        self, which: Int[np.ndarray, " cuts"], frame: Int[np.ndarray, " cuts"]
+    ) -> tuple["Trajectories", Int[np.ndarray, " trajectories"]]:
+        """The same points with some trajectories cut before a frame, and for each new one which it was part of."""
+        source = np.concatenate([np.arange(len(self)), which])
+        start = np.concatenate([self.start, frame])
+        order = np.lexsort((start, source))
+        ends = np.append(start[order][1:], 0)
+        stop = np.empty_like(start)
+        stop[order] = np.where(np.append(np.diff(source[order]) == 0, False), ends, self.stop[source[order]])
+        order = np.lexsort((source, start))  # numbered by first frame, as ever
+        start, stop, source = start[order], stop[order], source[order]
+        index = np.full_like(self.index, NO_MATCH)
+        for k, (first, end, slot) in enumerate(zip(start, stop, self.slot[source])):
+            index[first:end, slot] = k
+        return Trajectories(self.points, index, self.column, self.slot[source], start, stop, self.rate), source
+
     def by_column(self, each: Int[np.ndarray, " trajectories"], columns: int) -> Int[np.ndarray, "frames columns"]:
         """What `each` says of the trajectory of every point of the recording, `NO_MATCH` where there is no point."""
         found = np.full((self.num_frames, columns), NO_MATCH, dtype=each.dtype)

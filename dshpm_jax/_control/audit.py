@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Int
 from scipy.sparse.csgraph import connected_components
 
+from dshpm_jax._control.dividing import divide
 from dshpm_jax._control.evidence import ACCEPT, FrameEvidence, frame_evidence, labels_in, sample_frames
 from dshpm_jax._control.full import full
 from dshpm_jax._control.moves import Move, judge_moves
@@ -70,7 +71,9 @@ def audit(recording: Recording, model: SubjectModel, settings: Settings) -> Cont
     best, _ = yield from full(scene)
     own = yield from settle(scene, given, frames)
     own = yield from improve(scene, own, frames)
-    state = max((own, best), key=lambda s: s.worth)
+    scene, state = yield from divide(scene, max((own, best), key=lambda s: s.worth))
+    tracks, frames = scene.trajectories, sample_frames(scene)
+    given = names[_columns(tracks)]
     groups = _groups(tracks, given, state.identity)
     back = [Move(group, given[group], 0.0) for group in groups]
     loss = (yield from judge_moves(scene, state.identity, back, frames, state.frames)) if back else []

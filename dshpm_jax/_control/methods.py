@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from dshpm_jax._control.decision import alternatives, decide
+from dshpm_jax._control.dividing import divide
 from dshpm_jax._control.dynamic import identify, key_frame
 from dshpm_jax._control.full import full
 from dshpm_jax._control.propagation import propagate
@@ -16,8 +17,8 @@ from dshpm_jax._settings import Settings
 from dshpm_jax._trajectories import Trajectories
 from dshpm_jax._types import NO_MATCH
 
-Answer = tuple[np.ndarray, np.ndarray, tuple[Reason, ...], dict[str, Any], np.ndarray | None]
-"""Identity, confidence and reason of each trajectory, figures of the run, and what else each could be."""
+Answer = tuple[Trajectories, np.ndarray, np.ndarray, tuple[Reason, ...], dict[str, Any], np.ndarray | None]
+"""The trajectories; identity, confidence and reason of each, figures of the run, and what else each could be."""
 
 
 def label_control(trajectories: Trajectories, model: SubjectModel, settings: Settings) -> Control:
@@ -33,8 +34,10 @@ def _full(scene: Scene) -> Control:
             "or take the method 'paper'"
         )
     state, fits = yield from full(scene)
+    scene, state = yield from divide(scene, state)
     identity, confidence, reason = decide(scene, state)
-    return identity, confidence, reason, {"svd_count": fits + scene.evidence_fits}, alternatives(state, identity)
+    figures = {"svd_count": fits + scene.evidence_fits}
+    return scene.trajectories, identity, confidence, reason, figures, alternatives(state, identity)
 
 
 def _dynamic(scene: Scene) -> Control:
@@ -42,7 +45,7 @@ def _dynamic(scene: Scene) -> Control:
     frame = key_frame(scene)
     known = yield from identify(scene, frame)
     yield from propagate(scene, known, frame)
-    return _answer(known)
+    return _answer(scene, known)
 
 
 def _static(scene: Scene) -> Control:
@@ -53,7 +56,7 @@ def _static(scene: Scene) -> Control:
         known.identity[here], known.recruited[here] = part.identity, part.recruited
         known.found |= part.found
         known.fits += part.fits
-    return _answer(known)
+    return _answer(scene, known)
 
 
 def _single_frame(scene: Scene, frame: int) -> Control:
@@ -62,10 +65,10 @@ def _single_frame(scene: Scene, frame: int) -> Control:
     return here[alone.column[0, alone.slot]], known
 
 
-def _answer(known: Known) -> Answer:
+def _answer(scene: Scene, known: Known) -> Answer:
     """The paper accepts or abandons; it has no degrees of confidence."""
     named = known.identity != NO_MATCH
     lost = Reason.OUTSIDE if known.found.all() else Reason.ABANDONED
     given = [Reason.RECRUITED if recruited else Reason.MATCHED for recruited in known.recruited]
     reason = tuple(g if n else lost for g, n in zip(given, named))
-    return known.identity, named.astype(float), reason, {"svd_count": known.fits}, None
+    return scene.trajectories, known.identity, named.astype(float), reason, {"svd_count": known.fits}, None
