@@ -83,7 +83,7 @@ PARTS: dict[str, list[Callable]] = {
     "everything": [],
     "one key-frame": [_replaced(full, "DENSER", (1,))],
     "no second set of key-frames": [_replaced(full, "DENSER", (1,))],
-    "all key-frames and restarts always": [_replaced(full, "SOUND", np.inf), _replaced(full, "LIKELY", np.inf)],
+    "all key-frames and restarts always": [_replaced(full, "SOUND", np.inf), _replaced(full, "HELD", np.inf)],
     "votes alone, no evidence of whole lives": [
         *(_replaced(module, "settle", _votes_only) for module in (full, settling)),
         *(_replaced(full, name, _unchanged) for name in ("improve", "resolve")),

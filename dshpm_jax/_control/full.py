@@ -15,10 +15,12 @@ from dshpm_jax._requests import Control
 COARSE = 0.3
 """Share of the key-frames that are asked first; most recordings need no more."""
 
-SOUND, LIKELY = 0.95, 0.8
-"""A labelling that holds so much of the evidence that right labels usually have needs neither more key-frames nor
-restarts; where key-frames agree the lower share will do. Most wrong ones stay under .7, but a chain that carries the
-labels of its counterpart reaches .92, with key-frames at odds."""
+HELD = 0.8
+"""Where key-frames agree no restarts are needed if their labels hold so much of the evidence that right ones have."""
+
+SOUND = 0.95
+"""Nor are more of them asked where the labels hold so much, but where key-frames are at odds a limb may still carry its
+labels shifted by one."""
 
 SCHEDULES = ((2.0, 0.0), (6.0, 4.0, 2.0, 0.0))
 """Restarts: the most certain labels (by so many nats) first."""
@@ -41,14 +43,13 @@ def _started(scene: Scene, votes: Votes, frames: Int[np.ndarray, " frames"]) -> 
     """The best `State` that key-frames lead to: few of them where these do, else more, and restarts."""
     state = yield from _asked(scene, votes, COARSE, frames)
     for factor in DENSER:
-        if factor == DENSER[0] or not votes.suffice(votes.labels(scene)):
-            if _sound(scene, votes, state):
-                return state
-            state = yield from _asked(scene, votes, factor, frames)
-    if _sound(scene, votes, state):
-        return state
-    start = votes.labels(scene)
-    restarts = [settle(scene, start, frames, state.frames, schedule) for schedule in SCHEDULES]
+        share = _share_held(scene, state)
+        if votes.agreement >= AGREED and share >= HELD:
+            return state
+        if share >= SOUND or (factor != DENSER[0] and votes.suffice):
+            break
+        state = yield from _asked(scene, votes, factor, frames)
+    restarts = [settle(scene, votes.identity, frames, state.frames, schedule) for schedule in SCHEDULES]
     again, _ = yield from settle_best(restarts, state.frames)
     return max(state, again, key=lambda one: one.worth)
 
@@ -56,11 +57,10 @@ def _started(scene: Scene, votes: Votes, frames: Int[np.ndarray, " frames"]) -> 
 def _asked(scene: Scene, votes: Votes, factor: float, frames: Int[np.ndarray, " frames"]) -> Control:
     """What the votes lead to with so many more key-frames."""
     yield from votes.ask(scene, factor)
-    return (yield from settle(scene, votes.labels(scene), frames))
+    return (yield from settle(scene, votes.identity, frames))
 
 
-def _sound(scene: Scene, votes: Votes, state: State) -> bool:
-    """Whether the labels hold enough evidence, against right ones of which every marker is seen in every frame."""
+def _share_held(scene: Scene, state: State) -> float:
+    """The evidence that the labels hold, against right ones of which every marker is seen in every frame."""
     gain = np.maximum(gain_in_frames(scene, state), 0.0)
-    share = float(gain.mean(0).sum() / usual_gain(scene).sum())
-    return share >= (LIKELY if votes.agreement(votes.labels(scene)) >= AGREED else SOUND)
+    return float(gain.mean(0).sum() / usual_gain(scene).sum())

@@ -24,22 +24,36 @@ class Votes:
 
     Attributes:
         count: how many of them gave each label to each trajectory.
+        identity: the labels with the most votes.
         frames: which they were.
         parts: what each found.
     """
 
     count: Float[np.ndarray, "trajectories markers"]
+    identity: Int[np.ndarray, " trajectories"]
     frames: list[int] = field(default_factory=list)
     parts: list[Known] = field(default_factory=list)
 
     @classmethod
     def none(cls, scene: Scene) -> "Votes":
-        return cls(np.zeros((len(scene.trajectories), scene.model.num_markers)))
+        size = len(scene.trajectories)
+        return cls(np.zeros((size, scene.model.num_markers)), np.full(size, NO_MATCH, np.int32))
 
     @property
     def fits(self) -> int:
         """Rigid fits that they took."""
         return sum(part.fits for part in self.parts)
+
+    @property
+    def agreement(self) -> float:
+        """The share of the votes that went to the label which their trajectory got."""
+        named = np.flatnonzero(self.identity != NO_MATCH)
+        return float(self.count[named, self.identity[named]].sum() / max(self.count.sum(), 1.0))
+
+    @property
+    def suffice(self) -> bool:
+        """Whether nearly all votes went to one label, and nearly all segments were found."""
+        return self.agreement >= AGREED and bool(np.mean([part.found for part in self.parts]) >= FOUND)
 
     def ask(self, scene: Scene, factor: float) -> Control:
         """Asks `factor` times the key-frames of the settings, less those that were asked before."""
@@ -51,20 +65,7 @@ class Votes:
         for part in parts:
             named = np.flatnonzero(part.identity != NO_MATCH)
             self.count[named, part.identity[named]] += 1
-
-    def labels(self, scene: Scene) -> Int[np.ndarray, " trajectories"]:
-        """The assignment with the most votes."""
-        return assign_labels(self.count, scene.trajectories.start, scene.trajectories.stop)
-
-    def agreement(self, identity: Int[np.ndarray, " trajectories"]) -> float:
-        """The share of the votes that went to the label which their trajectory got."""
-        named = np.flatnonzero(identity != NO_MATCH)
-        return float(self.count[named, identity[named]].sum() / max(self.count.sum(), 1.0))
-
-    def suffice(self, identity: Int[np.ndarray, " trajectories"]) -> bool:
-        """Whether nearly all votes went to `identity`, and nearly all segments were found."""
-        found = np.mean([part.found for part in self.parts])
-        return self.agreement(identity) >= AGREED and bool(found >= FOUND)
+        self.identity = assign_labels(self.count, scene.trajectories.start, scene.trajectories.stop)
 
 
 def vote(scene: Scene) -> Control:
@@ -72,9 +73,9 @@ def vote(scene: Scene) -> Control:
     votes = Votes.none(scene)
     for factor in DENSER:
         yield from votes.ask(scene, factor)
-        if votes.suffice(votes.labels(scene)):
+        if votes.suffice:
             break
-    return votes.labels(scene)
+    return votes.identity
 
 
 def key_frames(scene: Scene, count: int) -> list[int]:
