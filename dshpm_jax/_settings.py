@@ -29,7 +29,7 @@ class Settings:
             well under the change of a pair distance that causes it.
         measurement_noise: floor of every distance tolerance; a relative tolerance vanishes for near markers.
         min_plane_spread: a pose needs a second singular value of its points of at least this RMS.
-        num_key_frames: key-frames from which "full" collects evidence.
+        num_key_frames: key-frames from which "full" collects evidence; one for every 20 s of longer recordings.
         spread_factor: pair tolerance of "full" is the root of the sum of squares of this factor times the learnt
             spread, `tolerance_floor`, and `tolerance_ratio` times the distance.
         tolerance_floor, tolerance_ratio: see `spread_factor`.

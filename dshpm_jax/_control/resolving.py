@@ -91,7 +91,7 @@ def _votes(scene: Scene, state: State, chain: tuple[int, ...], use_joins: bool, 
     if not use_joins or len(chain) > 1:  # what is there of the segment may be what is wrong
         identity = np.where(np.isin(identity, np.setdiff1d(own, shared)), NO_MATCH, identity)
     parts = yield Together(tuple(_match_chain(scene, identity, chain, frame, use_joins) for frame in frames))
-    votes = np.zeros((len(scene.trajectories), scene.model.num_markers))
+    votes = np.zeros((len(scene.trajectories), scene.model.num_markers), np.uint8)  # of `FRAMES`; there are many trials
     for part in parts:
         named = np.flatnonzero(np.isin(part, own))
         votes[named, part[named]] += 1
@@ -115,7 +115,7 @@ def _merged(scene: Scene, state: State, votes: list[np.ndarray]) -> np.ndarray:
     """The state's labels with the votes on top, where a vote outweighs what a trajectory had."""
     t = scene.trajectories
     total = np.sum(votes, axis=0)
-    held = np.zeros_like(total)
+    held = np.zeros(total.shape)
     named = np.flatnonzero(state.identity != NO_MATCH)
     held[named, state.identity[named]] = 0.5
     return assign_labels((total + held) * (t.stop - t.start)[:, None], t.start, t.stop)

@@ -1,5 +1,6 @@
 """The first labels of a recording: what many key-frames say, each identified for itself."""
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -16,6 +17,9 @@ DENSER = (1, 3)
 
 AGREED, FOUND = 0.95, 0.9
 """The first set will do if so many of its votes go to the label that wins, and so many segments were found."""
+
+KEY_SECONDS = 20.0
+"""From a key-frame labels spread over some lives of trajectories and no farther, so long recordings need more."""
 
 
 @dataclass(eq=False)
@@ -56,8 +60,8 @@ class Votes:
         return self.agreement >= AGREED and bool(np.mean([part.found for part in self.parts]) >= FOUND)
 
     def ask(self, scene: Scene, factor: float) -> Control:
-        """Asks `factor` times the key-frames of the settings, less those that were asked before."""
-        wanted = key_frames(scene, max(1, round(factor * scene.settings.num_key_frames)))
+        """Asks `factor` times the usual number of key-frames, less those that were asked before."""
+        wanted = key_frames(scene, max(1, round(factor * usual_number(scene))))
         frames = [frame for frame in wanted if frame not in self.frames]
         parts: list[Known] = yield Together(tuple(identify(scene, frame) for frame in frames))
         self.frames += frames
@@ -66,6 +70,12 @@ class Votes:
             named = np.flatnonzero(part.identity != NO_MATCH)
             self.count[named, part.identity[named]] += 1
         self.identity = assign_labels(self.count, scene.trajectories.start, scene.trajectories.stop)
+
+
+def usual_number(scene: Scene) -> int:
+    """Key-frames as in the settings, or more where these would be more than `KEY_SECONDS` apart."""
+    seconds = scene.trajectories.num_frames / scene.trajectories.rate
+    return max(scene.settings.num_key_frames, math.ceil(seconds / KEY_SECONDS))
 
 
 def vote(scene: Scene) -> Control:

@@ -11,8 +11,10 @@ from dshpm_jax._control.full import full
 from dshpm_jax._control.resolving import poor_frames, resolve
 from dshpm_jax._control.scene import Scene
 from dshpm_jax._control.settling import State, improve, settle
+from dshpm_jax._control.voting import usual_number
 from dshpm_jax._driver import Driver
 from dshpm_jax._pretracking import pretrack
+from dshpm_jax._trajectories import from_columns
 from dshpm_jax._types import NO_MATCH
 
 DRIVER = Driver()
@@ -29,6 +31,12 @@ def scene_and_truth():
 
 def run(control):
     return next(DRIVER.run([control]))
+
+
+@pytest.mark.parametrize(("seconds", "wanted"), [(1, 10), (200, 10), (201, 11), (3600, 180)])
+def test_long_recordings_have_more_key_frames(seconds, wanted):
+    tracks = from_columns(np.zeros((seconds * 2, 1, 3)), 2.0)
+    assert usual_number(Scene(tracks, model(), Settings())) == wanted
 
 
 def test_every_trajectory_is_sampled(scene_and_truth):
