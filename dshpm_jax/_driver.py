@@ -40,7 +40,7 @@ from dshpm_jax._types import NO_MATCH
 
 POINT_BUCKETS = (64, 128, 256, 512, 1024)
 COLUMN_BUCKETS = (8, 18)
-HYPOTHESIS_BUCKETS = (128, 1024, 4096, 32768)
+HYPOTHESIS_BUCKETS = (4096, 32768)  # small calls take no longer in a large bucket, and every size is one more program
 FULL_BATCH = 4096  # hypotheses in one call, unless a single request has more
 FIT_BUCKETS = (64, 1024)
 REQUESTS = 32  # segments in one call, always padded to this many
