@@ -17,6 +17,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add("--frames", type=int, default=600, metavar="N", help="of a trial, twice as many for freeform (default: 600)")
     add("--recording", type=Path, metavar="FILE", help="labelled C3D or TRC file to spoil, instead of made people")
     add("--model", type=Path, metavar="MODEL", help="model of the recording's subject")
+    add("--workers", type=int, default=1, metavar="N", help="label in N processes (default: in this one)")
     add("--seed", type=int, default=2008, metavar="N", help="of all random numbers (default: 2008)")
 
 

@@ -9,10 +9,11 @@ from dshpm_jax import io
 from dshpm_jax._archive import UsageError
 from dshpm_jax._experiments import complexity, corruption, distortion, table1
 from dshpm_jax._experiments.figures import style
+from dshpm_jax._experiments.processes import Batch, run_apart
 from dshpm_jax._experiments.records import Records
 from dshpm_jax._experiments.statistics import rate_of, times_of
 from dshpm_jax._experiments.subjects import Subject, recorded, synthetic
-from dshpm_jax._experiments.trials import NAMES, Plan, Point, run_point, warm_up
+from dshpm_jax._experiments.trials import NAMES, SIDE_BY_SIDE, Plan, Point, run_trials, warm_up
 
 DENSITIES = (30, 50)  # markers, section 5.2
 TRIALS = {"table1": 20, "distortion": 500, "corruption": 500, "complexity": 500}
@@ -29,6 +30,7 @@ class Order(NamedTuple):
     recording: Path | None = None
     model: Path | None = None
     seed: int = 2008
+    workers: int = 1
 
 
 def run(order: Order) -> int:
@@ -40,20 +42,20 @@ def run(order: Order) -> int:
     trials = TRIALS[order.name] if order.trials is None else order.trials
     if trials < 1 or order.frames < 1:
         raise UsageError("an experiment needs at least one trial of one frame; give larger --trials or --frames")
+    if order.workers < 1:
+        raise UsageError("--workers: an experiment needs at least one process")
     if (order.recording is None) != (order.model is None):
         raise UsageError("--recording and --model go together: a labelled recording and the model of its subject")
     folder = Path(f"dshpm-{order.name}") if order.out is None else order.out
-    try:
-        subject = recorded(order.recording, order.model) if order.recording and order.model else None
-    except io.ReadError as error:
-        raise UsageError(str(error)) from None
-    plan = _plan(order, subject)
+    plan = _plan(order)
     records = Records(folder, SHARED.get(order.name, order.name), _setup(order))
-    _run_trials(plan, records, trials)
+    _run_trials(order, plan, records, trials)
     return _report(order.name, plan, records, folder)
 
 
-def _plan(order: Order, subject: Subject | None) -> Plan:
+def _plan(order: Order) -> Plan:
+    """What was asked for."""
+    subject = _recorded(order)
     if order.name == "table1":
         if subject and order.recording:
             return table1.plan_of(subject, order.recording.stem, order.frames, order.seed)
@@ -63,6 +65,15 @@ def _plan(order: Order, subject: Subject | None) -> Plan:
     else:
         subjects = {n: synthetic(n, "walking", order.frames, 0, order.seed) for n in DENSITIES}
     return _module(order.name).plan(subjects, order.frames, order.seed)
+
+
+def _recorded(order: Order) -> Subject | None:
+    if order.recording is None or order.model is None:
+        return None
+    try:
+        return recorded(order.recording, order.model)
+    except io.ReadError as error:
+        raise UsageError(str(error)) from None
 
 
 def _module(name: str) -> Any:
@@ -79,13 +90,22 @@ def _hash(file: Path) -> str:
     return hashlib.sha256(file.read_bytes()).hexdigest()
 
 
-def _run_trials(plan: Plan, records: Records, trials: int) -> None:
+def _run_trials(order: Order, plan: Plan, records: Records, trials: int) -> None:
     lacking = [point for point in plan.points if len(records.of(point)) < trials]
-    warm_up(plan, {(p.markers, p.method): p for p in lacking}.values())
-    for point in lacking:
-        for outcomes in run_point(plan, point, range(len(records.of(point)), trials)):
-            records.add(point, outcomes)
-        print(_line(point, records), flush=True)
+    batches = [
+        Batch(point, range(first, min(first + SIDE_BY_SIDE, trials)))
+        for point in lacking
+        for first in range(len(records.of(point)), trials, SIDE_BY_SIDE)
+    ]
+    if order.workers == 1:
+        warm_up(plan, {(p.markers, p.method): p for p in lacking}.values())
+        found = (run_trials(plan, *batch) for batch in batches)
+    else:
+        found = run_apart(_plan, order, batches, order.workers)
+    for batch, outcomes in zip(batches, found, strict=True):
+        records.add(batch.point, outcomes)
+        if batch.trials.stop == trials:
+            print(_line(batch.point, records), flush=True)
 
 
 def _line(point: Point, records: Records) -> str:

@@ -1,7 +1,7 @@
 """Trials: many spoilt sequences labelled side by side, each scored against its truth."""
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -17,7 +17,7 @@ from dshpm_jax._settings import Method, Settings
 from dshpm_jax.evaluation import point_identification_rate, precision_recall_f1, trajectory_identification_rate
 from dshpm_jax.synthesis import scramble
 
-SIDE_BY_SIDE = 128  # trials in flight, and labelled before their results are kept
+SIDE_BY_SIDE = 128  # trials labelled at the same time, before their results are kept
 STATIC_FRAMES = 20  # of a trial that the static scheme is asked; it judges each frame alone, so they stand for all
 NAMES = {"static": "static", "paper": "dynamic", "full": "default"}  # of the methods, as the figures call them
 
@@ -55,7 +55,7 @@ class Outcome(NamedTuple):
         trajectories: in the recording, those of ghosts included.
         fits: rigid fits that labelling took (section 5.2.3).
         frames: of the recording.
-        seconds: its share of the time that the trials labelled beside it took.
+        seconds: its share of the time that the trials labelled beside it, in the same process, took.
         alone: seconds that labelling it alone takes; measured for the first trial of a point, else NaN.
     """
 
@@ -92,19 +92,18 @@ def generator(seed: int, point: Point, trial: int) -> np.random.Generator:
     return np.random.default_rng([seed, point.markers, trial, *name])
 
 
-def run_point(plan: Plan, point: Point, trials: range) -> Iterator[list[Outcome]]:
-    """The outcomes of some trials of a point, in their order, as many at a time as run side by side."""
-    for first in range(trials.start, trials.stop, SIDE_BY_SIDE):
-        cases = [_asked(plan.case(point, k), point.method) for k in trials[first - trials.start :][:SIDE_BY_SIDE]]
-        labellings, seconds = _timed(cases, point.method)
-        alone = np.full(len(cases), np.nan)
-        if first == 0:
-            _timed(cases[:1], point.method)  # compiles what only a lone trial needs
-            alone[0] = _timed(cases[:1], point.method)[1]
-        yield [
-            _outcome(case, labelling, seconds / len(cases), float(lone))
-            for case, labelling, lone in zip(cases, labellings, alone, strict=True)
-        ]
+def run_trials(plan: Plan, point: Point, trials: range) -> list[Outcome]:
+    """The outcomes of some trials of a point, in their order, all labelled side by side."""
+    cases = [_asked(plan.case(point, k), point.method) for k in trials]
+    labellings, seconds = _timed(cases, point.method)
+    alone = np.full(len(cases), np.nan)
+    if trials.start == 0:
+        _timed(cases[:1], point.method)  # compiles what only a lone trial needs
+        alone[0] = _timed(cases[:1], point.method)[1]
+    return [
+        _outcome(case, labelling, seconds / len(cases), float(lone))
+        for case, labelling, lone in zip(cases, labellings, alone, strict=True)
+    ]
 
 
 def warm_up(plan: Plan, points: Iterable[Point]) -> None:

@@ -155,6 +155,7 @@ def test_a_recording_of_one_s_own(labeller, tmp_path, name):
         (("--recording", "walk.c3d"), "--recording and --model go together"),
         (("--recording", "no.c3d", "--model", "no.json"), "no.json"),
         (("--trials", "0"), "at least one trial"),
+        (("--workers", "0"), "at least one process"),
     ],
 )
 def test_wrong_usage(tmp_path, capsys, arguments, words):
@@ -164,7 +165,7 @@ def test_wrong_usage(tmp_path, capsys, arguments, words):
 
 
 def test_methods_get_the_same_trials(labeller):
-    plan = running._plan(running.Order("corruption", frames=FRAMES, seed=3), None)
+    plan = running._plan(running.Order("corruption", frames=FRAMES, seed=3))
     by_place = {}
     for point in plan.points:
         by_place.setdefault(point[:3], []).append(plan.case(point, 1))
@@ -181,3 +182,17 @@ def test_clean_sequences_are_identified(monkeypatch, tmp_path):
     monkeypatch.setattr(distortion, "METHODS", ("paper", "full"))
     assert run(tmp_path, "distortion", "--trials", 1) == 0
     assert [float(row["rate"]) for row in rows(tmp_path / "distortion.csv")] == [1.0, 1.0]
+
+
+@pytest.mark.slow
+def test_several_processes_give_the_same_numbers(monkeypatch, tmp_path):
+    monkeypatch.setattr(distortion, "LEVELS", (0.0, 0.1))
+    monkeypatch.setattr(distortion, "METHODS", ("paper",))
+    subject = synthetic(30, "walking", 80, 0, 1)
+    io.write_c3d(subject.recording, tmp_path / "walk.c3d")
+    io.write_model(subject.model, tmp_path / "model.json")
+    given = ("--recording", tmp_path / "walk.c3d", "--model", tmp_path / "model.json")
+    for workers in (1, 2):
+        assert run(tmp_path / str(workers), "distortion", *given, "--workers", workers) == 0
+    one, two = (numbers(tmp_path / workers / "distortion-trials.csv") for workers in "12")
+    assert one == two and len(one) == 4
