@@ -20,6 +20,8 @@ FITS_PER_PLACE = 3  # reweighted fits behind each predicted place
 
 POSTURE_PAIRS = 4.0
 
+FRAMES_AT_ONCE = 1024  # whose distances of all pairs are held together
+
 MARKERS_AT_ONCE = 8  # whose evidence is copied to be summed; of a long recording all of it is large
 
 
@@ -143,6 +145,12 @@ def posture(scene: Scene, places: Float[np.ndarray, "frames markers 3"]) -> Floa
     A marker has as many distances as there are others, most of them saying the same; together they count as
     `POSTURE_PAIRS`. A distance that does not fit says nothing: bodies take postures that no model has seen.
     """
+    parts = [places[first : first + FRAMES_AT_ONCE] for first in range(0, len(places), FRAMES_AT_ONCE)]
+    return np.concatenate([_posture(scene, part) for part in parts]) if parts else np.zeros(0)
+
+
+def _posture(scene: Scene, places: Float[np.ndarray, "frames markers 3"]) -> Float[np.ndarray, " frames"]:
+    """`posture` of frames whose tables of distances fit into memory together."""
     there = np.asarray(np.isfinite(places[..., 0])).astype(np.float32)
     places = np.nan_to_num(places)
     middle = np.einsum("fmi,fm->fi", places, there) / np.maximum(there.sum(1), 1.0)[:, None]

@@ -25,18 +25,19 @@ labels shifted by one."""
 SCHEDULES = ((2.0, 0.0), (6.0, 4.0, 2.0, 0.0))
 """Restarts: the most certain labels (by so many nats) first."""
 
+STAGES = (improve, turn, resolve, improve, tell_apart)
+"""What is done to the best start, each a control from a `State` to one that is worth no less."""
+
 
 def full(scene: Scene) -> Control:
     """Labels a recording; returns the final `State` and the rigid fits that the key-frames took."""
     frames = sample_frames(scene)
     votes = Votes.none(scene)
-    best = yield from _started(scene, votes, frames)
-    best = yield from improve(scene, best, frames)
-    best = yield from turn(scene, best, frames)
-    best = yield from resolve(scene, best, frames)
-    best = yield from improve(scene, best, frames)
-    best = yield from tell_apart(scene, best, frames)
-    return best, votes.fits
+    held = [(yield from _started(scene, votes, frames))]
+    for stage in STAGES:
+        # Popped, as a state that nobody holds any more frees its evidence, which is large in a long recording.
+        held.append((yield from stage(scene, held.pop(), frames)))
+    return held.pop(), votes.fits
 
 
 def _started(scene: Scene, votes: Votes, frames: Int[np.ndarray, " frames"]) -> Control:

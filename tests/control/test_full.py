@@ -115,6 +115,16 @@ def test_a_distance_that_fits_nothing_says_nothing(scene_and_truth):
     assert posture(scene, places)[1] == pytest.approx(posture(scene, without)[0], abs=1e-3)
 
 
+def test_posture_is_that_of_each_frame_alone(scene_and_truth, monkeypatch):
+    scene, _ = scene_and_truth
+    places = np.random.default_rng(6).normal(0, 400, (20, scene.model.num_markers, 3))
+    places[np.random.default_rng(7).random(places.shape[:2]) < 0.3] = np.nan
+    together = posture(scene, places)
+    monkeypatch.setattr("dshpm_jax._control.evidence.FRAMES_AT_ONCE", 7)
+    np.testing.assert_array_equal(posture(scene, places), together)
+    assert posture(scene, places[:0]).shape == (0,)
+
+
 def test_a_segment_without_labels_is_poor_and_labelled_again(scene_and_truth):
     scene, truth = scene_and_truth
     frames = sample_frames(scene)
