@@ -89,7 +89,7 @@ PARTS: dict[str, list[Callable]] = {
         *(_replaced(full, name, _unchanged) for name in ("improve", "resolve")),
     ],
     "greedy instead of exact assignment": [_replaced(m, "assign_labels", _each_its_best) for m in (voting, settling)],
-    "no restarts": [_replaced(full, "SCHEDULES", ())],
+    "no restarts": [_replaced(full, "SCHEDULES", ((0.0,),))],
     "no moves": [_replaced(full, "improve", _unchanged)],
     "no segment solved again": [_replaced(full, "resolve", _unchanged)],
     "columns cut at gaps alone": [_replaced(_pretracking, "unbroken_columns", _at_gaps)],
