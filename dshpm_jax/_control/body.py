@@ -91,7 +91,7 @@ class Body:
     @cached_property
     def partners(self) -> float:
         """With how many markers, itself included, a marker has a known distance, on average."""
-        return float(np.isfinite(self.model.pair_mean).sum(1).mean())
+        return max(1.0, float(np.isfinite(self.model.pair_mean).sum(1).mean()))
 
 
 @lru_cache(maxsize=KEPT)

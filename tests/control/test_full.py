@@ -1,5 +1,7 @@
 """The full method's own parts: moves mend what single assignments cannot, doubtful labels are withheld."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from takes import model, take
@@ -113,6 +115,13 @@ def test_a_distance_that_fits_nothing_says_nothing(scene_and_truth):
     without = places[:1].copy()
     without[0, 2] = np.nan
     assert posture(scene, places)[1] == pytest.approx(posture(scene, without)[0], abs=1e-3)
+
+
+def test_a_model_may_know_no_distance_at_all(scene_and_truth):
+    scene, truth = scene_and_truth
+    blind = replace(scene.model, pair_mean=np.full_like(scene.model.pair_mean, np.nan))
+    places = np.random.default_rng(6).normal(0, 400, (3, blind.num_markers, 3))
+    assert (posture(Scene(scene.trajectories, blind, Settings()), places) == 0).all()
 
 
 def test_posture_is_that_of_each_frame_alone(scene_and_truth, monkeypatch):
