@@ -24,6 +24,9 @@ SUBJECT_FILES = {".vsk": read_vsk, ".osim": read_osim}
 LEAST = 10.0**-DECIMALS
 """What must not be 0 is not written smaller either."""
 
+MOST_DISTORTED = 10.0
+"""A distance that changes by ten times itself is none that tells anything."""
+
 _REMEDY = "make it again with 'dshpm-jax model' or correct that entry"
 
 
@@ -151,5 +154,6 @@ def _check_segment(model: SubjectModel, s: int, segment: Segment) -> None:
         shared &= set(model.segments[segment.parent].markers)
     if not set(segment.join) <= shared:
         raise ValueError(f"{place} joins its parent in markers that they do not share")
-    if not (segment.distortion_ratio > 0 and 0 < segment.matching_quantity <= 1):
-        raise ValueError(f"{place} needs a positive distortion_ratio and a matching_quantity between 0 and 1")
+    if not (0 < segment.distortion_ratio <= MOST_DISTORTED and 0 < segment.matching_quantity <= 1):
+        wanted = f"a distortion_ratio between 0 and {MOST_DISTORTED:g} and a matching_quantity between 0 and 1"
+        raise ValueError(f"{place} needs {wanted}")
