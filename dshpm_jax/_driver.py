@@ -119,8 +119,10 @@ class Driver:
                 Segmentation: _segment,
                 LifeEvidence: _cost,
             }[group[0]]
-            for member, answered in zip(members, answer([leaf.request for leaf in members])):
-                member.answer = answered
+            distinct = {id(leaf.request): leaf.request for leaf in members}  # controls may wait for the same request
+            answers = dict(zip(distinct, answer(list(distinct.values()))))
+            for member in members:
+                member.answer = answers[id(member.request)]
 
     def _match(self, requests: list[MatchSegment]) -> list[SegmentMatches]:
         answers: list[SegmentMatches] = []

@@ -5,6 +5,7 @@ import pytest
 import reference
 from matching_cases import make_request
 
+from dshpm_jax import _driver
 from dshpm_jax._driver import Driver, bucket
 from dshpm_jax._requests import FitPoses, LifeEvidence, Segmentation, Together
 
@@ -111,6 +112,17 @@ def test_segmentation_keeps_what_moves_together():
     for (found,) in (alone, company):
         assert [(i, j) for i in range(5) for j in range(i + 1, 5) if found[i, j]] == expected
         assert found.shape == (5, 5) and (found == found.T).all()
+
+
+def test_controls_that_wait_for_the_same_request_are_answered_from_one_call(monkeypatch):
+    asked, answer = [], _driver._segment
+    monkeypatch.setattr(_driver, "_segment", lambda requests: asked.extend(requests) or answer(requests))
+    window = np.random.default_rng(5).uniform(0, 500, (11, 6, 3))
+    shared, other = Segmentation(window, 400.0, 0.1), Segmentation(window + 1.0, 400.0, 0.1)
+    found = run(ask(shared), ask(other), ask(shared))
+    assert asked == [shared, other]
+    for (matrix,) in found:
+        np.testing.assert_array_equal(matrix, found[0][0])
 
 
 def test_a_match_does_not_depend_on_its_company():

@@ -30,6 +30,7 @@ class Scene:
     relaxation: int = field(init=False)
     evidence_fits: int = field(init=False, default=0)
     _rigid: dict[int, Bool[np.ndarray, "points points"]] = field(init=False, default_factory=dict)
+    _asked: dict[int, Segmentation] = field(init=False, default_factory=dict)
     _seen: dict[int, tuple[np.ndarray, np.ndarray]] = field(init=False, default_factory=dict)
 
     def __post_init__(self):
@@ -42,8 +43,10 @@ class Scene:
         return self.body.targets
 
     def loosened(self, factor: float) -> "Scene":
-        """The same scene with all tolerances multiplied."""
-        return Scene(self.trajectories, self.model, self.settings, self.body.loosened(factor))
+        """The same scene with all tolerances multiplied; it shares what does not depend on them."""
+        scene = Scene(self.trajectories, self.model, self.settings, self.body.loosened(factor))
+        scene._rigid, scene._asked, scene._seen = self._rigid, self._asked, self._seen
+        return scene
 
     def at(self, frame: int) -> tuple[Int[np.ndarray, " points"], Float[np.ndarray, "points 3"]]:
         """The trajectories seen in a key-frame and their positions, as `Trajectories.at` has them, found once."""
@@ -76,9 +79,15 @@ class Scene:
             if self.settings.method == "static" or not len(here):
                 self._rigid[frame] = np.ones((len(here), len(here)), bool)
             else:
-                window = self.trajectories.positions(self.window(frame), here)
-                self._rigid[frame] = yield Segmentation(window, *self._limits())
+                self._rigid[frame] = yield self._segmentation(frame, here)
         return self._rigid[frame]
+
+    def _segmentation(self, frame: int, here: Int[np.ndarray, " points"]) -> Segmentation:
+        """The request for a frame's matrix: the same one for all controls that wait for it side by side."""
+        if frame not in self._asked:
+            window = self.trajectories.positions(self.window(frame), here)
+            self._asked[frame] = Segmentation(window, *self._limits())
+        return self._asked[frame]
 
     def _limits(self) -> tuple[float, float]:
         """Right-hand sides of Eqs. 1 and 2: the farthest pair of any segment and the largest distortion ratio."""
