@@ -2,7 +2,7 @@
 
 import numpy as np
 from jaxtyping import Float, Int
-from scipy.optimize import LinearConstraint, milp
+from scipy.optimize import LinearConstraint, linear_sum_assignment, milp
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
@@ -17,8 +17,9 @@ def assign_labels(
 ) -> Int[np.ndarray, " trajectories"]:
     """The labels of largest total gain; a trajectory has one or none, and a label one trajectory in any frame.
 
-    Solved exactly: where every trajectory can have its best label it has it, the rest is a mixed-integer programme.
-    Only positive gains are ever taken. Ties fall to the lower index through the order of the variables.
+    Solved exactly: where every trajectory can have its best label it has it. The rest is an assignment problem where
+    all that want a label share a frame, else a mixed-integer programme. Only positive gains are ever taken. Ties fall
+    to the lower index through the order of the variables.
     """
     which, marker = np.nonzero(gain > 0)
     identity = np.full(len(gain), NO_MATCH, dtype=np.int32)
@@ -27,10 +28,15 @@ def assign_labels(
     value = gain[which, marker]
     taken = np.zeros(len(which), bool)
     taken[_best_of_each(which, value)] = True
-    broken = np.flatnonzero(_broken(which, marker, start, stop, taken))
+    broken, crowd, component = _broken(which, marker, start, stop, taken)
     if len(broken):
-        groups = _conflicts(which[broken], marker[broken], start, stop)
-        taken[broken] = _solve(value[broken], groups)
+        tangled = _tangled(crowd, component, start[which[broken]], stop[which[broken]])
+        for members in _by_key(np.where(tangled, -1, component)):
+            pairs = broken[members]
+            if tangled[members[0]]:
+                taken[pairs] = _solve(value[pairs], _conflicts(which[pairs], marker[pairs], start, stop))
+            else:
+                taken[pairs] = _matched(which[pairs], crowd[members], value[pairs])
     identity[which[taken]] = marker[taken]
     return identity
 
@@ -41,19 +47,40 @@ def _best_of_each(which: np.ndarray, value: np.ndarray) -> np.ndarray:
     return order[np.r_[True, np.diff(which[order]) > 0]]
 
 
-def _broken(which, marker, start, stop, taken) -> np.ndarray:
+def _broken(which, marker, start, stop, taken) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Pairs of the connected components in which `taken`, the best of each trajectory, has a marker twice in a frame.
 
-    Where it has not, nothing can be better: every trajectory already has the most that it can get.
+    Where it has not, nothing can be better: every trajectory already has the most that it can get. Returns the pairs,
+    and the crowd and the component of each.
     """
     best = np.flatnonzero(taken)
     twice = best[_crowded(marker[best], start[which[best]], stop[which[best]])]
     if not len(twice):
-        return np.zeros(len(which), bool)
-    crowd = _crowds(marker, start[which], stop[which]) + len(start)
-    links = csr_array((np.ones(len(which)), (which, crowd)), shape=(len(start) + len(which),) * 2)
-    _, component = connected_components(links, directed=False)
-    return np.isin(component[which], component[which[twice]])
+        return twice, twice, twice
+    crowd = _crowds(marker, start[which], stop[which])
+    links = csr_array((np.ones(len(which)), (which, crowd + len(start))), shape=(len(start) + len(which),) * 2)
+    component = connected_components(links, directed=False)[1][which]
+    broken = np.flatnonzero(np.isin(component, component[twice]))
+    return broken, crowd[broken], component[broken]
+
+
+def _tangled(crowd: np.ndarray, component: np.ndarray, start: np.ndarray, stop: np.ndarray) -> np.ndarray:
+    """Pairs of components with a crowd in which not all share a frame."""
+    _, place = np.unique(crowd, return_inverse=True)
+    last, first = np.zeros(place.max() + 1, int), np.full(place.max() + 1, np.iinfo(int).max)
+    np.maximum.at(last, place, start)
+    np.minimum.at(first, place, stop)
+    return np.isin(component, component[(last >= first)[place]])
+
+
+def _matched(which: np.ndarray, crowd: np.ndarray, value: np.ndarray) -> np.ndarray:
+    """Which pairs to take for the largest total value, where a crowd, like a trajectory, has at most one."""
+    (rows, row), (columns, column) = np.unique(which, return_inverse=True), np.unique(crowd, return_inverse=True)
+    table = np.zeros((len(rows), len(columns)))
+    table[row, column] = value
+    chosen = np.zeros(table.shape, bool)
+    chosen[linear_sum_assignment(table, maximize=True)] = True
+    return chosen[row, column]
 
 
 def _crowds(marker: np.ndarray, start: np.ndarray, stop: np.ndarray) -> np.ndarray:
