@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float, Int
+from scipy.sparse import csr_array
 
 from dshpm_jax._control.scene import Scene
 from dshpm_jax._requests import Control, LifeEvidence
@@ -20,9 +21,7 @@ FITS_PER_PLACE = 3  # reweighted fits behind each predicted place
 
 POSTURE_PAIRS = 4.0
 
-FRAMES_AT_ONCE = 1024  # whose distances of all pairs are held together
-
-MARKERS_AT_ONCE = 8  # whose evidence is copied to be summed; of a long recording all of it is large
+FRAMES_AT_ONCE = 1024  # whose evidence is summed, or whose distances are held, together
 
 
 def sample_frames(scene: Scene) -> Int[np.ndarray, " frames"]:
@@ -30,14 +29,25 @@ def sample_frames(scene: Scene) -> Int[np.ndarray, " frames"]:
     t = scene.trajectories
     step = max(1, round(SAMPLE_SECONDS * t.rate), -(-t.num_frames // MAX_SAMPLES))
     even = np.arange(step // 2 if t.num_frames > step else 0, t.num_frames, step)
-    first = np.searchsorted(even, t.start)
-    missed = np.flatnonzero((first >= len(even)) | (even[np.minimum(first, len(even) - 1)] >= t.stop))
+    return _with_all_seen(scene, even, np.arange(t.num_frames))
+
+
+def fewer_frames(scene: Scene, frames: Int[np.ndarray, " frames"], step: int) -> Int[np.ndarray, " fewer"]:
+    """Every `step`-th of the frames, and as few more of them as it takes to see every trajectory that they show."""
+    return _with_all_seen(scene, frames[min(step, len(frames)) // 2 :: step], frames)
+
+
+def _with_all_seen(scene: Scene, frames: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """The frames, and as few of the others as it takes to see every trajectory."""
+    t = scene.trajectories
+    first = np.searchsorted(frames, t.start)
+    missed = np.flatnonzero((first >= len(frames)) | (frames[np.minimum(first, len(frames) - 1)] >= t.stop))
     more, last = [], -1
     for j in missed[np.argsort(t.stop[missed], kind="stable")]:  # by their ends: each frame stabs as many as it can
         if t.start[j] > last:
-            last = int(t.stop[j]) - 1
+            last = int(others[np.searchsorted(others, t.stop[j]) - 1])
             more.append(last)
-    return np.union1d(even, np.array(more, dtype=even.dtype))
+    return np.union1d(frames, np.array(more, dtype=frames.dtype))
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,14 +84,14 @@ def frame_evidence(
     """
     markers = scene.model.num_markers
     around = scene.body.neighbourhoods[0]
-    holder = _holders(named, markers)
+    holder = holders(named, markers)
     if before is None:
         evidence, fit = np.empty((*named.shape, markers), np.float32), np.empty(len(frames))
         moved = np.ones((len(frames), markers), bool)
         stale = moved
     else:
         evidence, fit = before.evidence.copy(), before.posture.copy()
-        moved = holder != _holders(before.named, markers)
+        moved = holder != holders(before.named, markers)
         stale = (moved[:, np.maximum(around, 0)] & (around != NO_MATCH)).any(-1)
     changed = np.flatnonzero(moved.any(1))
     if len(changed):
@@ -95,7 +105,7 @@ def frame_evidence(
     return FrameEvidence(named, evidence, fit)
 
 
-def _holders(named: Int[np.ndarray, "frames slots"], markers: int) -> Int[np.ndarray, "frames markers"]:
+def holders(named: Int[np.ndarray, "frames slots"], markers: int) -> Int[np.ndarray, "frames markers"]:
     """The slot that carries each marker, `NO_MATCH` where none does."""
     holder = np.full((len(named), markers), NO_MATCH)
     frame, slot = np.nonzero(named != NO_MATCH)
@@ -107,18 +117,14 @@ def mean_over_lives(
     scene: Scene, frames: np.ndarray, found: FrameEvidence
 ) -> Float[np.ndarray, "trajectories markers"]:
     """Mean evidence for each label over the sampled life of each trajectory (nats)."""
-    t = scene.trajectories
-    index = t.index[frames]
-    seen = index != NO_MATCH
-    rows = index[seen]
-    total = np.zeros((len(t), scene.model.num_markers))
-    order = np.argsort(rows, kind="stable")
-    firsts = np.flatnonzero(np.r_[True, np.diff(rows[order]) > 0])
-    for first in range(0, scene.model.num_markers, MARKERS_AT_ONCE):
-        some = slice(first, first + MARKERS_AT_ONCE)
-        picked = found.evidence[..., some][seen][order].astype(float)
-        total[rows[order][firsts], some] = np.add.reduceat(picked, firsts, axis=0)
-    count = np.bincount(rows, minlength=len(t))
+    index = scene.trajectories.index[frames]
+    shape = len(scene.trajectories), scene.model.num_markers
+    total, count = np.zeros(shape), np.bincount(index[index != NO_MATCH], minlength=shape[0])
+    for first in range(0, len(frames), FRAMES_AT_ONCE):
+        some = index[first : first + FRAMES_AT_ONCE].ravel()
+        point = np.flatnonzero(some != NO_MATCH)
+        sums = csr_array((np.ones(len(point)), (some[point], point)), shape=(shape[0], len(some)))
+        total += sums @ found.evidence[first : first + FRAMES_AT_ONCE].reshape(-1, shape[1])
     return total / np.maximum(count, 1)[:, None]
 
 
@@ -162,8 +168,10 @@ def _posture(scene: Scene, places: Float[np.ndarray, "frames markers 3"]) -> Flo
     error -= mean
     error *= inverse
     error *= error
-    np.log1p(error, out=error)
+    error += 1.0
+    np.log(error, out=error)
     error *= -2.0
     error += peak
     np.maximum(error, 0.0, out=error)
-    return np.einsum("fij,fi,fj->f", error, there, there, optimize=False) * (0.5 * POSTURE_PAIRS / scene.body.partners)
+    total = ((error @ there[..., None])[..., 0] * there).sum(-1)
+    return total * (0.5 * POSTURE_PAIRS / scene.body.partners)

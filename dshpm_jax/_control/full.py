@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Int
 
-from dshpm_jax._control.evidence import sample_frames
+from dshpm_jax._control.evidence import fewer_frames, mean_over_lives, objective, sample_frames
 from dshpm_jax._control.resolving import resolve
 from dshpm_jax._control.scene import Scene
 from dshpm_jax._control.settling import State, gain_in_frames, improve, settle, settle_best, usual_gain
@@ -25,6 +25,10 @@ labels shifted by one."""
 SCHEDULES = ((2.0, 0.0), (6.0, 4.0, 2.0, 0.0))
 """Restarts: the most certain labels (by so many nats) first."""
 
+FEWER = 3
+"""Where the labels hold the evidence of sound ones, restarts are judged in every so many-th of the sampled frames, and
+in all of them only if they lead farther."""
+
 STAGES = (improve, turn, resolve, improve, tell_apart)
 """What is done to the best start, each a control from a `State` to one that is worth no less."""
 
@@ -34,9 +38,13 @@ def full(scene: Scene) -> Control:
     frames = sample_frames(scene)
     votes = Votes.none(scene)
     held = [(yield from _started(scene, votes, frames))]
+    improved = None
     for stage in STAGES:
+        if stage is improve and held[0].worth == improved:
+            continue  # nothing has changed since the moves were tried
         # Popped, as a state that nobody holds any more frees its evidence, which is large in a long recording.
         held.append((yield from stage(scene, held.pop(), frames)))
+        improved = held[0].worth if stage is improve else improved
     return held.pop(), votes.fits
 
 
@@ -50,7 +58,29 @@ def _started(scene: Scene, votes: Votes, frames: Int[np.ndarray, " frames"]) -> 
         if share >= SOUND or (factor != DENSER[0] and votes.suffice):
             break
         state = yield from _asked(scene, votes, factor, frames)
-    restarts = [settle(scene, votes.identity, frames, state.frames, schedule) for schedule in SCHEDULES]
+    if _share_held(scene, state) >= SOUND:
+        return (yield from _restarted_in_some(scene, votes.identity, state, frames))
+    return (yield from _restarted(scene, votes.identity, state, frames))
+
+
+def _restarted_in_some(
+    scene: Scene, identity: Int[np.ndarray, " trajectories"], state: State, frames: np.ndarray
+) -> Control:
+    """`_restarted`, but judged in some of the frames as long as these show nothing better."""
+    few = fewer_frames(scene, frames, FEWER)
+    known = state.frames.rows(np.searchsorted(frames, few))
+    evidence = mean_over_lives(scene, few, known)
+    there = State(state.identity, evidence, objective(scene, state.identity, evidence, known), known)
+    again = yield from _restarted(scene, identity, there, few)
+    if again is there:
+        return state
+    again = yield from settle(scene, again.identity, frames, state.frames)
+    return max(state, again, key=lambda one: one.worth)
+
+
+def _restarted(scene: Scene, identity: Int[np.ndarray, " trajectories"], state: State, frames: np.ndarray) -> Control:
+    """The best `State` that the most certain labels first lead to from `identity`; `state` itself if none is better."""
+    restarts = [settle(scene, identity, frames, state.frames, schedule) for schedule in SCHEDULES]
     again, _ = yield from settle_best(restarts, state.frames)
     return max(state, again, key=lambda one: one.worth)
 

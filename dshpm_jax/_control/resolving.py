@@ -1,13 +1,17 @@
 """Segments that are missing or fit badly, looked for again now that the rest of the body stands."""
 
 import numpy as np
+from jaxtyping import Bool, Float
 
 from dshpm_jax._control.assignment import assign_labels
 from dshpm_jax._control.dynamic import accept
+from dshpm_jax._control.evidence import FrameEvidence, holders
+from dshpm_jax._control.moves import TAKE_FLOOR
 from dshpm_jax._control.scene import Known, Scene
 from dshpm_jax._control.segment import match_segment
 from dshpm_jax._control.settling import State, gain_in_frames, settle, settle_best, usual_gain
 from dshpm_jax._hierarchy import subtree
+from dshpm_jax._kernels.life_evidence import MIN_DISTANCES
 from dshpm_jax._requests import Control, Together
 from dshpm_jax._types import NO_MATCH
 
@@ -61,13 +65,33 @@ def _settled(scene: Scene, state: State, frames: np.ndarray, votes: list[list[np
 
 
 def poor_frames(scene: Scene, state: State, frames: np.ndarray) -> dict[int, list[int]]:
-    """Some frames in which a segment is missing or fits badly, for every such segment, the worst first."""
+    """Some frames in which a segment is missing or fits badly, for every such segment, the worst first.
+
+    Frames in which its markers are merely hidden do not count: nothing would be found there.
+    """
     gain, usual = gain_in_frames(scene, state), usual_gain(scene)
+    unsettled = _unsettled(scene, state.frames, gain)
     held = np.stack([gain[:, target.markers].sum(1) for target in scene.targets])
     expected = np.array([usual[target.markers].sum() for target in scene.targets])[:, None]
     short = np.maximum(POOR * np.median(held / expected) * expected - held, 0.0)
+    short *= np.stack([unsettled[:, target.markers].any(1) for target in scene.targets])
     order = np.argsort(-short.sum(1), kind="stable")
     return {int(s): _spread(frames[short[s] > 0]) for s in order if (short[s] > 0).mean() > RARELY}
+
+
+def _unsettled(
+    scene: Scene, found: FrameEvidence, gain: Float[np.ndarray, "frames markers"]
+) -> Bool[np.ndarray, "frames markers"]:
+    """Markers that may be elsewhere in a frame than where they are, or that may be there at all.
+
+    Their label does not pay; or they have none, and a point without label might be theirs, or too few of their
+    neighbours are known to tell.
+    """
+    around = scene.body.neighbourhoods[0]
+    held = holders(found.named, scene.model.num_markers) != NO_MATCH
+    known = (held[:, np.maximum(around, 0)] & (around != NO_MATCH)).sum(-1)
+    unnamed = np.where((found.named == NO_MATCH)[..., None], found.evidence, -np.inf).max(1)
+    return np.where(held, gain < 0, (unnamed > TAKE_FLOOR) | (known < MIN_DISTANCES))
 
 
 def _spread(frames: np.ndarray) -> list[int]:

@@ -23,6 +23,9 @@ from dshpm_jax._types import NO_MATCH
 
 MAX_ROUNDS = 12
 
+PATIENCE = 3
+"""Rounds without a better state after which settling ends: most go round in circles by then."""
+
 HOLD = 0.5
 """Nats that a label must win by to be taken from where it is; without it near ties swap back and forth."""
 
@@ -71,7 +74,7 @@ def settle(
     schedule: tuple[float, ...] = (0.0,),
 ) -> Control:
     """Judges and assigns in turn until nothing changes; returns the best `State` on the way."""
-    best = None
+    best, since = None, 0
     for margin in schedule:
         for _ in range(MAX_ROUNDS):
             found: FrameEvidence = yield from frame_evidence(scene, frames, labels_in(scene, identity, frames), before)
@@ -79,9 +82,11 @@ def settle(
             worth = objective(scene, identity, evidence, found)
             state, before = State(identity, evidence, worth, found), found
             if best is None or state.worth > best.worth:
-                best = state
+                best, since = state, 0
+            else:
+                since += 1
             following = _assign(scene, state, margin)
-            if (following == identity).all():
+            if (following == identity).all() or (margin == 0 and since >= PATIENCE):
                 break
             identity = following
     return best

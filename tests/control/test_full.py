@@ -8,7 +8,7 @@ from takes import model, take
 
 from dshpm_jax import Reason, Settings
 from dshpm_jax._control.decision import alternatives, decide
-from dshpm_jax._control.evidence import frame_evidence, labels_in, posture, sample_frames
+from dshpm_jax._control.evidence import fewer_frames, frame_evidence, labels_in, posture, sample_frames
 from dshpm_jax._control.full import full
 from dshpm_jax._control.resolving import poor_frames, resolve
 from dshpm_jax._control.scene import Scene
@@ -46,6 +46,16 @@ def test_every_trajectory_is_sampled(scene_and_truth):
     frames = sample_frames(scene)
     seen = np.unique(scene.trajectories.index[frames])
     assert set(range(len(scene.trajectories))) <= set(seen.tolist())
+
+
+@pytest.mark.parametrize("step", [1, 3, 1000])
+def test_every_trajectory_is_in_some_of_fewer_frames(scene_and_truth, step):
+    scene, _ = scene_and_truth
+    frames = sample_frames(scene)
+    few = fewer_frames(scene, frames, step)
+    assert set(few.tolist()) <= set(frames.tolist()) and (np.diff(few) > 0).all()
+    assert len(few) == len(frames) if step == 1 else len(few) < len(frames)
+    assert set(np.unique(scene.trajectories.index[few])) == set(np.unique(scene.trajectories.index[frames]))
 
 
 @pytest.mark.parametrize("pair", [("LWRA", "LWRB"), ("RFHD", "LBHD"), ("LTOE", "LHEE")])
@@ -151,3 +161,16 @@ def test_a_segment_without_labels_is_poor_and_labelled_again(scene_and_truth):
     poor, state = run(control())
     assert segment in poor and set(poor[segment]) <= set(frames.tolist())
     assert (state.identity[own] == truth[own]).mean() > 0.9
+
+
+def test_a_segment_whose_markers_are_merely_hidden_is_not_looked_for(scene_and_truth):
+    scene, truth = scene_and_truth
+    segment = next(s for s, target in enumerate(scene.targets) if len(target.markers) >= 4)
+    hidden = np.isin(truth, scene.targets[segment].markers[2:]) | (truth == NO_MATCH)  # and no false point is there
+    tracks = scene.trajectories
+    gone = np.isin(tracks.index, np.flatnonzero(hidden))
+    points, index = np.where(gone[..., None], np.nan, tracks.points), np.where(gone, NO_MATCH, tracks.index)
+    bare = Scene(replace(tracks, points=points, index=index), model(), Settings())
+    frames = sample_frames(scene)
+    state = run(settle(bare, np.where(hidden, NO_MATCH, truth), frames))
+    assert segment not in poor_frames(bare, state, frames)
