@@ -74,8 +74,9 @@ def settle(
     schedule: tuple[float, ...] = (0.0,),
 ) -> Control:
     """Judges and assigns in turn until nothing changes; returns the best `State` on the way."""
-    best, since = None, 0
+    best = None
     for margin in schedule:
+        since = 0
         for _ in range(MAX_ROUNDS):
             found: FrameEvidence = yield from frame_evidence(scene, frames, labels_in(scene, identity, frames), before)
             evidence = mean_over_lives(scene, frames, found)
