@@ -23,6 +23,7 @@ TAKE_FLOOR = -8.0
 """Evidence from which on an unlabelled trajectory tries to take a label."""
 
 TRIES = 3  # labels that an unlabelled trajectory tries
+LONGEST_SHIFT = 6  # labels that one take passes on
 MOVE_FRAMES = 6  # frames in which a move is judged
 MAX_MOVES = 100  # moves tried at once, the most promising first
 
@@ -124,6 +125,32 @@ def _takes(scene: Scene, identity: np.ndarray, evidence: np.ndarray) -> Iterator
             if len(holders):
                 free = [_best_free(scene, identity, evidence, int(h), int(label)) for h in holders]
                 yield Move(chosen, np.array([*free, label]), promise)
+                yield from _shifts(scene, identity, evidence, int(j), int(label))
+
+
+def _shifts(scene: Scene, identity: np.ndarray, evidence: np.ndarray, j: int, label: int) -> Iterator[Move]:
+    """A take that is passed on: who held the label takes its next best from whoever holds that, and so on.
+
+    A real point beside a limb that belongs to no marker can shift all labels of the limb by one.
+    """
+    moved, promise = {j: label}, float(evidence[j, label])
+    taken = {label}
+    displaced = np.flatnonzero((identity == label) & _meet(scene, j))
+    while len(displaced) and len(taken) <= LONGEST_SHIFT:
+        scores = evidence[displaced].mean(0)
+        scores[list(taken)] = -np.inf
+        label = int(np.argmax(scores))
+        if scores[label] <= TAKE_FLOOR:
+            return
+        taken.add(label)
+        promise += float((evidence[displaced, label] - evidence[displaced, identity[displaced]]).sum())
+        moved |= dict.fromkeys(displaced.tolist(), label)
+        beside = np.logical_or.reduce([_meet(scene, int(h)) for h in displaced])
+        displaced = np.flatnonzero((identity == label) & beside)
+        lost = dict.fromkeys(displaced.tolist(), NO_MATCH)
+        worth = promise - float(evidence[displaced, label].sum())
+        whole = moved | lost
+        yield Move(np.array(list(whole)), np.array(list(whole.values())), worth)
 
 
 def _best_free(scene: Scene, identity: np.ndarray, evidence: np.ndarray, trajectory: int, but: int) -> int:
