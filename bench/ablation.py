@@ -50,11 +50,6 @@ def _votes_only(scene, start, frames, before=None, schedule=(0.0,)) -> Iterator:
     return settling.State(start, evidence, settling.objective(scene, start, evidence, found), found)
 
 
-def _unchanged(scene, state, frames) -> Iterator:
-    yield from ()
-    return state
-
-
 def _each_its_best(gain, start, stop) -> np.ndarray:
     """`assign_labels` in the order of the gains: who comes later goes without."""
     identity = np.full(len(gain), NO_MATCH, np.int32)
@@ -79,6 +74,10 @@ def _replaced(module: object, name: str, value: object) -> Callable:
     return lambda: patch.object(module, name, value)
 
 
+def _without(*stages: Callable) -> Callable:
+    return _replaced(full, "STAGES", tuple(stage for stage in full.STAGES if stage not in stages))
+
+
 PARTS: dict[str, list[Callable]] = {
     "everything": [],
     "one key-frame": [_replaced(full, "DENSER", (1,))],
@@ -86,12 +85,12 @@ PARTS: dict[str, list[Callable]] = {
     "all key-frames and restarts always": [_replaced(full, "SOUND", np.inf), _replaced(full, "HELD", np.inf)],
     "votes alone, no evidence of whole lives": [
         *(_replaced(module, "settle", _votes_only) for module in (full, settling)),
-        *(_replaced(full, name, _unchanged) for name in ("improve", "resolve")),
+        _without(*full.STAGES),
     ],
     "greedy instead of exact assignment": [_replaced(m, "assign_labels", _each_its_best) for m in (voting, settling)],
     "no restarts": [_replaced(full, "SCHEDULES", ((0.0,),))],
-    "no moves": [_replaced(full, "improve", _unchanged)],
-    "no segment solved again": [_replaced(full, "resolve", _unchanged)],
+    "no moves": [_without(full.improve)],
+    "no segment solved again": [_without(full.resolve)],
     "columns cut at gaps alone": [_replaced(_pretracking, "unbroken_columns", _at_gaps)],
     "nothing withheld": [],
 }

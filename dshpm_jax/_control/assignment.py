@@ -18,8 +18,8 @@ def assign_labels(
     """The labels of largest total gain; a trajectory has one or none, and a label one trajectory in any frame.
 
     Solved exactly: where every trajectory can have its best label it has it. The rest is an assignment problem where
-    all that want a label share a frame, else a mixed-integer programme. Only positive gains are ever taken. Ties fall
-    to the lower index through the order of the variables.
+    all that want a label share a frame, else a mixed-integer programme. Only positive gains are ever taken. Of equal
+    totals the order of trajectories and markers decides.
     """
     which, marker = np.nonzero(gain > 0)
     identity = np.full(len(gain), NO_MATCH, dtype=np.int32)
