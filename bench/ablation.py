@@ -46,8 +46,7 @@ def main() -> None:
 def _votes_only(scene, start, frames, before=None, schedule=(0.0,)) -> Iterator:
     """`settle` that judges once and changes nothing."""
     found = yield from settling.frame_evidence(scene, frames, settling.labels_in(scene, start, frames), before)
-    evidence = settling.mean_over_lives(scene, frames, found)
-    return settling.State(start, evidence, settling.objective(scene, start, evidence, found), found)
+    return settling.State.of(scene, start, frames, found)
 
 
 def _each_its_best(gain, start, stop) -> np.ndarray:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from scipy.sparse import csr_array
 
 from dshpm_jax._control.scene import Scene
@@ -83,7 +83,6 @@ def frame_evidence(
     Of what is known from `before`, only markers with a neighbour that is elsewhere now are judged anew.
     """
     markers = scene.model.num_markers
-    around = scene.body.neighbourhoods[0]
     holder = holders(named, markers)
     if before is None:
         evidence, fit = np.empty((*named.shape, markers), np.float32), np.empty(len(frames))
@@ -92,7 +91,7 @@ def frame_evidence(
     else:
         evidence, fit = before.evidence.copy(), before.posture.copy()
         moved = holder != holders(before.named, markers)
-        stale = (moved[:, np.maximum(around, 0)] & (around != NO_MATCH)).any(-1)
+        stale = of_neighbours(scene, moved).any(-1)
     changed = np.flatnonzero(moved.any(1))
     if len(changed):
         points = scene.trajectories.points[frames]
@@ -111,6 +110,14 @@ def holders(named: Int[np.ndarray, "frames slots"], markers: int) -> Int[np.ndar
     frame, slot = np.nonzero(named != NO_MATCH)
     holder[frame, named[frame, slot]] = slot
     return holder
+
+
+def of_neighbours(
+    scene: Scene, flags: Bool[np.ndarray, "frames markers"]
+) -> Bool[np.ndarray, "frames markers neighbours"]:
+    """The flags of the neighbours of each marker, False beyond its last one."""
+    around = scene.body.neighbourhoods[0]
+    return flags[:, np.maximum(around, 0)] & (around != NO_MATCH)
 
 
 def mean_over_lives(

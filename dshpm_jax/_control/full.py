@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Int
 
-from dshpm_jax._control.evidence import fewer_frames, mean_over_lives, objective, sample_frames
+from dshpm_jax._control.evidence import fewer_frames, sample_frames
 from dshpm_jax._control.resolving import resolve
 from dshpm_jax._control.scene import Scene
 from dshpm_jax._control.settling import State, gain_in_frames, improve, settle, settle_best, usual_gain
@@ -69,8 +69,7 @@ def _restarted_in_some(
     """`_restarted`, but judged in some of the frames as long as these show nothing better."""
     few = fewer_frames(scene, frames, FEWER)
     known = state.frames.rows(np.searchsorted(frames, few))
-    evidence = mean_over_lives(scene, few, known)
-    there = State(state.identity, evidence, objective(scene, state.identity, evidence, known), known)
+    there = State.of(scene, state.identity, few, known)
     again = yield from _restarted(scene, identity, there, few)
     if again is there:
         return state

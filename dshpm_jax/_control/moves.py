@@ -125,17 +125,18 @@ def _takes(scene: Scene, identity: np.ndarray, evidence: np.ndarray) -> Iterator
             if len(holders):
                 free = [_best_free(scene, identity, evidence, int(h), int(label)) for h in holders]
                 yield Move(chosen, np.array([*free, label]), promise)
-                yield from _shifts(scene, identity, evidence, int(j), int(label))
+                yield from _shifts(scene, identity, evidence, int(j), int(label), holders)
 
 
-def _shifts(scene: Scene, identity: np.ndarray, evidence: np.ndarray, j: int, label: int) -> Iterator[Move]:
-    """A take that is passed on: who held the label takes its next best from whoever holds that, and so on.
+def _shifts(
+    scene: Scene, identity: np.ndarray, evidence: np.ndarray, j: int, label: int, displaced: np.ndarray
+) -> Iterator[Move]:
+    """A take that is passed on: the displaced take their next best label from whoever holds that, and so on.
 
     A real point beside a limb that belongs to no marker can shift all labels of the limb by one.
     """
     moved, promise = {j: label}, float(evidence[j, label])
     taken = {label}
-    displaced = np.flatnonzero((identity == label) & _meet(scene, j))
     while len(displaced) and len(taken) <= LONGEST_SHIFT:
         scores = evidence[displaced].mean(0)
         scores[list(taken)] = -np.inf

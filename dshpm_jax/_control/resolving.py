@@ -5,7 +5,7 @@ from jaxtyping import Bool, Float
 
 from dshpm_jax._control.assignment import assign_labels
 from dshpm_jax._control.dynamic import accept
-from dshpm_jax._control.evidence import FrameEvidence, holders
+from dshpm_jax._control.evidence import FrameEvidence, holders, of_neighbours
 from dshpm_jax._control.moves import TAKE_FLOOR
 from dshpm_jax._control.scene import Known, Scene
 from dshpm_jax._control.segment import match_segment
@@ -87,9 +87,8 @@ def _unsettled(
     Their label does not pay; or they have none, and a point without label might be theirs, or too few of their
     neighbours are known to tell.
     """
-    around = scene.body.neighbourhoods[0]
     held = holders(found.named, scene.model.num_markers) != NO_MATCH
-    known = (held[:, np.maximum(around, 0)] & (around != NO_MATCH)).sum(-1)
+    known = of_neighbours(scene, held).sum(-1)
     unnamed = np.where((found.named == NO_MATCH)[..., None], found.evidence, -np.inf).max(1)
     return np.where(held, gain < 0, (unnamed > TAKE_FLOOR) | (known < MIN_DISTANCES))
 

@@ -51,6 +51,12 @@ class State:
     worth: float
     frames: FrameEvidence
 
+    @classmethod
+    def of(cls, scene: Scene, identity: np.ndarray, frames: np.ndarray, found: FrameEvidence) -> "State":
+        """The state of these labels, judged by the evidence that they make in the sampled `frames`."""
+        evidence = mean_over_lives(scene, frames, found)
+        return cls(identity, evidence, objective(scene, identity, evidence, found), found)
+
 
 def gain_in_frames(scene: Scene, state: State) -> Float[np.ndarray, "frames markers"]:
     """What the label of each marker pays in each sampled frame (nats), 0 where none has it."""
@@ -79,9 +85,7 @@ def settle(
         since = 0
         for _ in range(MAX_ROUNDS):
             found: FrameEvidence = yield from frame_evidence(scene, frames, labels_in(scene, identity, frames), before)
-            evidence = mean_over_lives(scene, frames, found)
-            worth = objective(scene, identity, evidence, found)
-            state, before = State(identity, evidence, worth, found), found
+            state, before = State.of(scene, identity, frames, found), found
             if best is None or state.worth > best.worth:
                 best, since = state, 0
             else:
