@@ -127,13 +127,18 @@ def accept(scene: Scene, known: Known, match: SegmentMatch) -> None:
 
 def recruit_incomplete(scene: Scene, known: Known, frame: int) -> Control:
     """Recruitment for every identified segment that lacks markers in `frame` (section 4.3.2)."""
+    carriers = known.carriers(scene, frame)
     for segment in np.flatnonzero(known.found):
         target = scene.targets[segment]
-        holder = known.holders(scene, target.markers, frame)
+        holder = carriers[target.markers]
+        there = (holder != NO_MATCH).sum()
+        if there == len(holder) or there < MIN_FIT_POINTS:
+            continue
         grown = yield from _grow(scene, known, int(segment), frame, holder)
         for k in np.flatnonzero(grown != holder):
             if not known.clashes(scene, grown[k], target.markers[k]).any():
                 known.recruit(grown[k], target.markers[k])
+        carriers = known.carriers(scene, frame)
 
 
 def _grow(scene: Scene, known: Known, segment: int, frame: int, holder: np.ndarray) -> Control:

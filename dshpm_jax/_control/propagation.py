@@ -35,13 +35,15 @@ def recruit_all(scene: Scene, known: Known, frame: int) -> Control:
     if not len(free):
         return
     wanting, shapes, places, lost = [], [], [], []
+    carriers = known.carriers(scene, frame)
     for target in scene.targets:
-        place, there = known.places(scene, target, frame)
+        holder = carriers[target.markers]
+        there = holder != NO_MATCH
         if there.all() or there.sum() < MIN_FIT_POINTS:
             continue
         wanting.append(target)
         shapes.append(target.shape)
-        places.append(place)
+        places.append(scene.trajectories.positions(np.array([frame]), holder)[0])
         lost.append(~there)
     if not wanting:
         return
@@ -74,10 +76,12 @@ def _take_nearest(scene: Scene, known: Known, trajectories, points, wanted) -> N
 
 def _look_again(scene: Scene, known: Known, frame: int) -> Control:
     """Looks for every segment of which too little is known in `frame` to predict the rest."""
+    carriers = known.carriers(scene, frame)
     for segment, target in enumerate(scene.targets):
-        there = known.holders(scene, target.markers, frame) != NO_MATCH
+        there = carriers[target.markers] != NO_MATCH
         if there.sum() < min(MIN_FIT_POINTS, len(there)):
             yield from identify_segment(scene, known, segment, frame)
+            carriers = known.carriers(scene, frame)
 
 
 def _padded(rows: np.ndarray, width: int) -> np.ndarray:

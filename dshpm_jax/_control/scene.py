@@ -132,13 +132,17 @@ class Known:
         """Gives a trajectory the identity of the marker near whose predicted place it is."""
         self.identity[trajectory], self.recruited[trajectory] = marker, True
 
+    def carriers(self, scene: Scene, frame: int) -> Int[np.ndarray, " markers"]:
+        """The trajectory that carries each marker of the model in `frame`, or `NO_MATCH`."""
+        here, _ = scene.at(frame)
+        carrier = np.full(scene.model.num_markers, NO_MATCH)
+        named = here[self.identity[here] != NO_MATCH]
+        carrier[self.identity[named]] = named
+        return carrier
+
     def holders(self, scene: Scene, markers: Int[np.ndarray, " markers"], frame: int) -> Int[np.ndarray, " markers"]:
         """The trajectory that carries each of `markers` in `frame`, or `NO_MATCH`."""
-        here, _ = scene.at(frame)
-        holder = np.full(scene.model.num_markers, NO_MATCH)
-        named = here[self.identity[here] != NO_MATCH]
-        holder[self.identity[named]] = named
-        return np.where(markers != NO_MATCH, holder[markers], NO_MATCH)
+        return np.where(markers != NO_MATCH, self.carriers(scene, frame)[markers], NO_MATCH)
 
     def clashes(self, scene: Scene, trajectory: int, marker: int) -> Bool[np.ndarray, " trajectories"]:
         """Trajectories that carry `marker` during the life of `trajectory`."""
