@@ -65,7 +65,14 @@ def _settled(scene: Scene, state: State, frames: np.ndarray, votes: list[list[np
 
 
 def poor_frames(scene: Scene, state: State, frames: np.ndarray) -> dict[int, list[int]]:
-    """Some frames in which a segment is missing or fits badly, for every such segment, the worst first.
+    """Some frames in which a segment is missing or fits badly, for every such segment, the worst first."""
+    short = shortfall(scene, state)
+    order = np.argsort(-short.sum(1), kind="stable")
+    return {int(s): _spread(frames[short[s] > 0]) for s in order if (short[s] > 0).mean() > RARELY}
+
+
+def shortfall(scene: Scene, state: State) -> Float[np.ndarray, "segments frames"]:
+    """What the labels of a segment lack in each sampled frame (nats), where it is poor.
 
     Frames in which its markers are merely hidden do not count: nothing would be found there.
     """
@@ -73,10 +80,10 @@ def poor_frames(scene: Scene, state: State, frames: np.ndarray) -> dict[int, lis
     unsettled = _unsettled(scene, state.frames, gain)
     held = np.stack([gain[:, target.markers].sum(1) for target in scene.targets])
     expected = np.array([usual[target.markers].sum() for target in scene.targets])[:, None]
-    short = np.maximum(POOR * np.median(held / expected) * expected - held, 0.0)
-    short *= np.stack([unsettled[:, target.markers].any(1) for target in scene.targets])
-    order = np.argsort(-short.sum(1), kind="stable")
-    return {int(s): _spread(frames[short[s] > 0]) for s in order if (short[s] > 0).mean() > RARELY}
+    there = held > 0  # where most of the body is missing, all that is missing would be as good as the average
+    average = np.median((held / expected)[there]) if there.any() else 1.0
+    short = np.maximum(POOR * average * expected - held, 0.0)
+    return short * np.stack([unsettled[:, target.markers].any(1) for target in scene.targets])
 
 
 def _unsettled(
