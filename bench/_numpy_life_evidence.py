@@ -37,7 +37,8 @@ def _of_frame(asked: LifeEvidence, points, identified, marker) -> np.ndarray:
     second = there & (there.cumsum(1) == 2)
     vague = deviation > kernel.VAGUE * (second * softness).sum(1)
     found = np.where((posed & ~vague)[:, None], by_pose, np.maximum(by_distance, by_pose))
-    return np.where(seen, np.maximum(found, kernel.WORST), kernel.WORST)
+    known = (there.sum(1) >= kernel.MIN_DISTANCES)[:, None]
+    return np.where(seen & known, np.maximum(found, kernel.WORST), np.where(seen, kernel.UNKNOWN, kernel.WORST))
 
 
 def _predict(places, there, shape, own, softness, base):
@@ -78,8 +79,7 @@ def _by_distance(points, places, there, shape, own, softness):
     near = there & (there.cumsum(1) <= kernel.MAX_DISTANCES)
     error = np.linalg.norm(points[None, :, None] - places[:, None], axis=-1) - expected[:, None]
     terms = np.where(near[:, None], _log_t(error**2, np.where(near, softness, 1.0)[:, None], 1), 0.0)
-    known = there.sum(1) >= kernel.MIN_DISTANCES
-    return np.where(known[:, None], terms.sum(-1) - kernel.MIRROR, kernel.WORST)
+    return terms.sum(-1) - kernel.MIRROR
 
 
 def _log_t(square, deviation, dimensions: int):

@@ -12,6 +12,7 @@ from dshpm_jax._types import MIN_FIT_POINTS
 TAIL = 3.0  # degrees of freedom of the errors' t distribution: soft tissue has heavy tails
 BACKGROUND = math.log(700.0)  # of mm; a point that is no marker of the model may be anywhere in a body's volume
 WORST = -12.0  # nats; beyond, wrong is wrong, so that a few bad frames do not condemn a life
+UNKNOWN = 0.0  # nats, where nothing speaks for the label or against it
 ROBUST_ROUNDS = 2  # reweighted fits after the first
 ROBUST_SCALE = 2.0  # a neighbour that misses by so many times its softness counts a quarter
 VAGUE = 3.0  # a pose that is so many times softer than the second neighbour turns about a line: distances say more
@@ -32,8 +33,8 @@ def life_evidence(
     """Logarithm of how much likelier each point is where it is if it is the marker than if it is none of the model's.
 
     A lane is one marker in one frame. The evidence comes from the distance to the place that the marker's neighbours
-    predict; where these give no pose, from its distances to them. At least `WORST`, which also stands where fewer
-    than two neighbours are known and where there is no point.
+    predict; where these give no pose, from its distances to them. At least `WORST`, which also stands where there is
+    no point; `UNKNOWN` where fewer than two neighbours are known.
 
     Arguments:
         points: all points of the lane's frame (mm), NaN where there is none.
@@ -52,7 +53,8 @@ def life_evidence(
     by_distance = _by_distance(points, places, there, shape, own, softness)
     vague = deviation > VAGUE * _second_softness(there, softness)
     evidence = jnp.where((posed & ~vague)[None], by_pose, jnp.maximum(by_distance, by_pose))
-    return jnp.where(seen, jnp.maximum(evidence, WORST), WORST)
+    known = jnp.sum(there, axis=0) >= MIN_DISTANCES
+    return jnp.where(seen & known[None], jnp.maximum(evidence, WORST), jnp.where(seen, UNKNOWN, WORST))
 
 
 def _second_softness(there: Bool[Array, "neighbours lanes"], softness: Float[Array, "neighbours lanes"]):
@@ -121,5 +123,4 @@ def _by_distance(points, places, there, shape, own, softness):
         # One logarithm of the product for all distances: logarithms are what this kernel spends its time on.
         spread *= jnp.where(known[None], 1.0 + error * error / TAIL, 1.0)
         peak += jnp.where(known, _log_peak(soft, 1), 0.0)
-    evidence = peak[None] - 0.5 * (TAIL + 1) * jnp.log(spread)
-    return jnp.where((order.max(0) >= MIN_DISTANCES)[None], evidence, WORST)
+    return peak[None] - 0.5 * (TAIL + 1) * jnp.log(spread)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dshpm_jax._kernels.life_evidence import WORST, life_evidence
+from dshpm_jax._kernels.life_evidence import UNKNOWN, WORST, life_evidence
 
 RNG = np.random.default_rng(3)
 PLACES = RNG.uniform(-150, 150, (6, 3)).astype(np.float32)  # one rigid body of six markers
@@ -64,7 +64,9 @@ def test_two_neighbours_leave_distances_and_one_nothing():
     known[:2] = here[:2]
     assert 0 < evidence(known, here)[5, 5]
     known[1] = np.nan
-    assert evidence(known, here)[5, 5] == WORST
+    absent = np.full((1, 3), np.nan, np.float32)
+    found = evidence(known, np.concatenate([here, absent]))
+    assert (found[:6, 5] == UNKNOWN).all() and (found[6] == WORST).all()
 
 
 def test_one_wrong_neighbour_does_not_spoil_a_prediction():
