@@ -5,9 +5,9 @@ import pytest
 from takes import model, take
 
 from dshpm_jax import Settings
-from dshpm_jax._control.evidence import sample_frames
+from dshpm_jax._control.evidence import frame_evidence, labels_in, sample_frames
 from dshpm_jax._control.scene import Scene
-from dshpm_jax._control.settling import settle
+from dshpm_jax._control.settling import State, settle
 from dshpm_jax._control.turning import turn
 from dshpm_jax._driver import Driver
 from dshpm_jax._pretracking import pretrack
@@ -56,3 +56,19 @@ def test_every_turn_is_undone(scene_and_truth):
         assert found.worth >= state.worth
         touched = (truth >= 0) & (turned != truth)
         assert (found.identity[touched] == truth[touched]).mean() > 0.95, changes(to)
+
+
+def test_legs_exchanged_for_a_while_are_exchanged_back():
+    recording, right = take(3, frames=600, gaps=0.4)
+    tracks = pretrack(recording)
+    scene = Scene(tracks, model(), Settings())
+    truth = right.numbered_by(model().markers)[tracks.start, tracks.column[tracks.start, tracks.slot]]
+    legs = next(to for to in scene.body.turns if {"LKNE", "LANK"} <= changes(to).keys() <= set(model().markers))
+    inside = (truth >= 0) & (tracks.start >= 150) & (tracks.stop <= 450)
+    exchanged = np.where(inside, legs[truth], truth)
+    assert (exchanged != truth).sum() > 5
+    frames, driver = sample_frames(scene), Driver()
+    evidence = next(driver.run([frame_evidence(scene, frames, labels_in(scene, exchanged, frames))]))
+    state = State.of(scene, exchanged, frames, evidence)
+    found = next(driver.run([turn(scene, state, frames)]))
+    assert (found.identity[exchanged != truth] == truth[exchanged != truth]).mean() > 0.95
