@@ -63,7 +63,8 @@ def test_a_model_is_made_anew_from_what_it_labelled():
 def test_somebody_elses_recording_is_labelled_once_the_model_is_rescaled(monkeypatch):
     monkeypatch.setattr(rescaling, "FACTORS", rescaling.FACTORS[::3])  # to be done sooner
     rng = np.random.default_rng(2)
-    other = open_gaps(person(34, frames=60, seed=7, subject=3).recording, 0.05, rng)
+    taller = person(34, frames=60, seed=7, subject=5).recording
+    other = open_gaps(Recording(1.1 * taller.points, taller.labels, taller.rate), 0.05, rng)
     unlabelled, truth = scramble(other, rng)
     right = truth.numbered_by(model().markers)
     plain, rescaled = (label(unlabelled, model(), settings) for settings in (Settings(), Settings(rescale=True)))

@@ -32,20 +32,35 @@ in all of them only if they lead farther."""
 STAGES = (improve, turn, resolve, improve, tell_apart)
 """What is done to the best start, each a control from a `State` to one that is worth no less."""
 
+PASSES = 3
+"""Times that the stages are gone through where labels hold less than `HELD`, for as long as that leads farther: where
+much is missing, labels grow from few."""
+
 
 def full(scene: Scene) -> Control:
     """Labels a recording; returns the final `State` and the rigid fits that the key-frames took."""
     frames = sample_frames(scene)
     votes = Votes.none(scene)
     held = [(yield from _started(scene, votes, frames))]
+    for _ in range(PASSES):
+        before = held[0].worth
+        yield from _through_stages(scene, held, frames)
+        if held[0].worth == before or _share_held(scene, held[0]) >= HELD:
+            break
+    return held.pop(), votes.fits
+
+
+def _through_stages(scene: Scene, held: list[State], frames: Int[np.ndarray, " frames"]) -> Control:
+    """Replaces the one state in `held` by what all stages make of it.
+
+    It is popped, as a state that nobody holds any more frees its evidence, which is large in a long recording.
+    """
     improved = None
     for stage in STAGES:
         if stage is improve and held[0].worth == improved:
             continue  # nothing has changed since the moves were tried
-        # Popped, as a state that nobody holds any more frees its evidence, which is large in a long recording.
         held.append((yield from stage(scene, held.pop(), frames)))
         improved = held[0].worth if stage is improve else improved
-    return held.pop(), votes.fits
 
 
 def _started(scene: Scene, votes: Votes, frames: Int[np.ndarray, " frames"]) -> Control:

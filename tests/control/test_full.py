@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from takes import model, take
+from takes import model, shares, take
 
-from dshpm_jax import Reason, Settings
+from dshpm_jax import Reason, Settings, label_many
 from dshpm_jax._control.decision import alternatives, decide
 from dshpm_jax._control.evidence import fewer_frames, frame_evidence, labels_in, posture, sample_frames
 from dshpm_jax._control.full import full
@@ -161,6 +161,22 @@ def test_a_segment_without_labels_is_poor_and_labelled_again(scene_and_truth):
     poor, state = run(control())
     assert segment in poor and set(poor[segment]) <= set(frames.tolist())
     assert (state.identity[own] == truth[own]).mean() > 0.9
+
+
+def test_what_is_missing_is_poor_even_where_most_of_the_body_is(scene_and_truth):
+    scene, truth = scene_and_truth
+    frames, sizes = sample_frames(scene), [len(target.markers) for target in scene.targets]
+    kept = scene.targets[int(np.argmax(sizes))].markers
+    bare = np.where(np.isin(truth, kept), truth, NO_MATCH)
+    state = State.of(scene, bare, frames, run(frame_evidence(scene, frames, labels_in(scene, bare, frames))))
+    assert len(poor_frames(scene, state, frames)) > len(sizes) / 2
+
+
+def test_half_of_the_points_are_enough():
+    recording, right = take(1, frames=300, gaps=0.5, ghosts=0.0)
+    (labelling,) = label_many([recording], [model()])
+    labelled, wrong = shares(labelling.identities, recording, right)
+    assert labelled > 0.95 and wrong < 0.02
 
 
 def test_a_segment_whose_markers_are_merely_hidden_is_not_looked_for(scene_and_truth):
