@@ -4,7 +4,8 @@ import os
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import cache, partial
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
+from threading import Thread
 from typing import Any, NamedTuple
 
 from dshpm_jax._compile_cache import cache_programs
@@ -35,12 +36,20 @@ def run_apart(make: Make, asked: Hashable, batches: Sequence[Batch], workers: in
 
 def _settle_in(taken: Any, workers: int) -> None:
     """Takes this process to its cores, where the system can, before anything of jax runs."""
+    Thread(target=_end_with_parent, daemon=True).start()
     cache_programs()
     with taken:
         place, taken.value = taken.value, taken.value + 1
     if hasattr(os, "sched_setaffinity"):
         cores = sorted(os.sched_getaffinity(0))
         os.sched_setaffinity(0, cores[place % len(cores) :: workers])
+
+
+def _end_with_parent() -> None:
+    """A process that was killed cannot stop those that it started: they would wait for work, with all their memory."""
+    if (parent := parent_process()) is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _label(make: Make, asked: Hashable, batch: Batch) -> list[Outcome]:
