@@ -89,6 +89,7 @@ PARTS: dict[str, list[Callable]] = {
     "greedy instead of exact assignment": [_replaced(m, "assign_labels", _each_its_best) for m in (voting, settling)],
     "no restarts": [_replaced(full, "SCHEDULES", ((0.0,),))],
     "no moves": [_without(full.improve)],
+    "no chains exchanged": [_without(full.turn)],
     "no segment solved again": [_without(full.resolve)],
     "columns cut at gaps alone": [_replaced(_pretracking, "unbroken_columns", _at_gaps)],
     "nothing withheld": [],
