@@ -131,14 +131,11 @@ def recruit_incomplete(scene: Scene, known: Known, frame: int) -> Control:
     for segment in np.flatnonzero(known.found):
         target = scene.targets[segment]
         holder = carriers[target.markers]
-        there = (holder != NO_MATCH).sum()
-        if there == len(holder) or there < MIN_FIT_POINTS:
-            continue
         grown = yield from _grow(scene, known, int(segment), frame, holder)
         for k in np.flatnonzero(grown != holder):
             if not known.clashes(scene, grown[k], target.markers[k]).any():
                 known.recruit(grown[k], target.markers[k])
-        carriers = known.carriers(scene, frame)
+                carriers[target.markers[k]] = grown[k]
 
 
 def _grow(scene: Scene, known: Known, segment: int, frame: int, holder: np.ndarray) -> Control:

@@ -36,7 +36,7 @@ def turn(scene: Scene, state: State, frames: np.ndarray) -> Control:
 def _for_good(scene: Scene, state: State) -> Iterator[Move]:
     """Each exchange of chains, over the whole recording."""
     for to in scene.body.turns:
-        changed = _carriers(state, to)
+        changed = _exchanged(state, to)
         if len(changed):
             yield Move(changed, to[state.identity[changed]], 0.0)
 
@@ -47,7 +47,7 @@ def _for_a_while(scene: Scene, state: State, frames: Int[np.ndarray, " frames"])
     t, short, usual = scene.trajectories, shortfall(scene, state), usual_gain(scene)
     shortest = max(1, round(SHORTEST * t.rate / np.diff(frames).max(initial=1)))
     for to in scene.body.turns:
-        changed = _carriers(state, to)
+        changed = _exchanged(state, to)
         chains = [k for k, target in enumerate(scene.targets) if (to[target.markers] != target.markers).any()]
         expected = sum(usual[scene.targets[k].markers].sum() for k in chains)
         for first, last, excess in _spells(short[chains].sum(0), shortest, MUCH * expected):
@@ -65,17 +65,16 @@ def _spells(lack: Float[np.ndarray, " frames"], shortest: int, least: float) -> 
 
     Yields the first and the last frame, and what the spell lacks more than the recording on average.
     """
-    beyond = np.concatenate([[0.0], np.cumsum(lack - lack.mean())])
     total = np.concatenate([[0.0], np.cumsum(lack)])
     length = len(lack) // 2
     while length >= shortest:
         for first in range(0, len(lack) - length + 1, max(1, length // 2)):
-            excess = float(beyond[first + length] - beyond[first])
-            if excess > 0 and total[first + length] - total[first] >= least * length:
-                yield first, first + length - 1, excess
+            lacks = float(total[first + length] - total[first])
+            if lacks >= least * length and lacks > length * lack.mean():
+                yield first, first + length - 1, lacks - length * lack.mean()
         length //= 2
 
 
-def _carriers(state: State, to: Int[np.ndarray, " markers"]) -> Int[np.ndarray, " changed"]:
+def _exchanged(state: State, to: Int[np.ndarray, " markers"]) -> Int[np.ndarray, " changed"]:
     """The trajectories whose label an exchange changes."""
     return np.flatnonzero((state.identity != NO_MATCH) & (to[state.identity] != state.identity))
