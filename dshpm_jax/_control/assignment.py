@@ -9,6 +9,8 @@ from scipy.sparse.csgraph import connected_components
 from dshpm_jax._control.overlap import overlap_blocks
 from dshpm_jax._types import NO_MATCH
 
+WHOLE = 1e-6  # a share of a pair that is so near to all or nothing is that
+
 
 def assign_labels(
     gain: Float[np.ndarray, "trajectories markers"],
@@ -106,11 +108,18 @@ def _in_turn(marker: np.ndarray, start: np.ndarray, stop: np.ndarray) -> tuple[n
 
 
 def _solve(value: np.ndarray, groups: list[np.ndarray]) -> np.ndarray:
-    """Which pairs to take for the largest total value, at most one of each group."""
+    """Which pairs to take for the largest total value, at most one of each group.
+
+    Without asking for whole numbers first: that takes a quarter of the time, and lives along one line of time nearly
+    always lead to whole numbers by themselves.
+    """
     rows = np.repeat(np.arange(len(groups)), [len(g) for g in groups])
     table = csr_array((np.ones(len(rows)), (rows, np.concatenate(groups))), shape=(len(groups), len(value)))
-    found = milp(-value, integrality=np.ones(len(value)), bounds=(0, 1), constraints=LinearConstraint(table, ub=1.0))
-    return found.x > 0.5
+    at_most_one = LinearConstraint(table, ub=1.0)
+    share = milp(-value, bounds=(0, 1), constraints=at_most_one).x
+    if np.abs(share - np.round(share)).max() > WHOLE:
+        share = milp(-value, integrality=np.ones(len(value)), bounds=(0, 1), constraints=at_most_one).x
+    return share > 0.5
 
 
 def _conflicts(which, marker, start, stop) -> list[np.ndarray]:

@@ -6,10 +6,10 @@ from jaxtyping import Bool, Float
 from dshpm_jax._control.assignment import assign_labels
 from dshpm_jax._control.dynamic import accept
 from dshpm_jax._control.evidence import FrameEvidence, holders, of_neighbours
-from dshpm_jax._control.moves import TAKE_FLOOR
 from dshpm_jax._control.scene import Known, Scene
 from dshpm_jax._control.segment import match_segment
 from dshpm_jax._control.settling import State, gain_in_frames, settle, settle_best, usual_gain
+from dshpm_jax._control.taking import TAKE_FLOOR
 from dshpm_jax._hierarchy import subtree
 from dshpm_jax._kernels.life_evidence import MIN_DISTANCES
 from dshpm_jax._requests import Control, Together

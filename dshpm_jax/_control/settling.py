@@ -16,7 +16,8 @@ from dshpm_jax._control.evidence import (
     mean_over_lives,
     objective,
 )
-from dshpm_jax._control.moves import Move, apply_moves, judge_moves, propose_moves
+from dshpm_jax._control.moves import Move, apply_moves, judge_moves
+from dshpm_jax._control.proposing import propose_moves
 from dshpm_jax._control.scene import Scene
 from dshpm_jax._requests import Control, Together
 from dshpm_jax._types import NO_MATCH

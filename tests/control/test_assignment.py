@@ -34,6 +34,15 @@ def test_the_best_of_all_assignments(seed):
     assert all(gain[j, m] > 0 for j, m in enumerate(found) if m != NO_MATCH)
 
 
+def test_where_halves_would_be_worth_more_the_best_of_whole_numbers():
+    gain = np.array([[2, 2, 2], [3, 3, 3], [2, 3, 3], [2, 2, 1], [1, 3, 2]], float)
+    start, stop = np.array([2, 1, 2, 3, 2]), np.array([3, 6, 3, 4, 4])
+    found = assign_labels(gain, start, stop)
+    assert is_legal(found, start, stop)
+    every = product([NO_MATCH, 0, 1, 2], repeat=5)
+    assert worth(found, gain) == max(worth(identity, gain) for identity in every if is_legal(identity, start, stop))
+
+
 def test_one_label_may_go_to_trajectories_one_after_the_other():
     start, stop = np.array([0, 10, 20]), np.array([10, 20, 30])
     assert assign_labels(np.ones((3, 1)), start, stop).tolist() == [0, 0, 0]

@@ -1,11 +1,14 @@
 """Moves: which changes of several labels at once are tried."""
 
 import numpy as np
+import pytest
 from takes import model
 
 from dshpm_jax import Settings
-from dshpm_jax._control.moves import propose_moves
+from dshpm_jax._control.assignment import assign_labels
+from dshpm_jax._control.proposing import propose_moves
 from dshpm_jax._control.scene import Scene
+from dshpm_jax._control.taking import LONGEST_SHIFT, TAKE_FLOOR, TRIES, takes
 from dshpm_jax._trajectories import from_columns
 from dshpm_jax._types import NO_MATCH
 
@@ -23,3 +26,57 @@ def test_a_take_is_passed_on_along_a_limb():
     proposed = [dict(zip(move.trajectories.tolist(), move.labels.tolist())) for move in moves]
     assert {0: a, 1: b, 2: c, 3: NO_MATCH} in proposed
     assert {0: a, 1: b, 2: NO_MATCH} in proposed
+
+
+def takes_one_by_one(t, identity, evidence):
+    """Every take, followed as a person would: the trajectories and labels of each, and what it promises."""
+
+    def beside(label, others):
+        meet = [any(t.start[k] < t.stop[o] and t.start[o] < t.stop[k] for o in others) for k in range(len(t))]
+        return np.flatnonzero((identity == label) & meet)
+
+    def best_free(k, but):
+        scores = evidence[k].copy()
+        scores[[label for label in range(len(scores)) if set(beside(label, [k])) - {k}]] = -np.inf
+        scores[but] = -np.inf
+        return int(scores.argmax()) if scores.max() > TAKE_FLOOR else NO_MATCH
+
+    found = []
+    for j in np.flatnonzero(identity == NO_MATCH):
+        for label in np.argsort(-evidence[j], kind="stable")[:TRIES]:
+            if evidence[j, label] <= TAKE_FLOOR:
+                break
+            displaced, gained, moved = beside(label, [j]), evidence[j, label], {j: label}
+            promise = gained - evidence[displaced, label].sum()
+            found.append((promise, moved | dict.fromkeys(displaced, NO_MATCH)))
+            if len(displaced):
+                found.append((promise, moved | {k: best_free(k, label) for k in displaced}))
+            while len(displaced) and len(set(moved.values())) <= LONGEST_SHIFT:
+                scores = evidence[displaced].mean(0)
+                scores[list(moved.values())] = -np.inf
+                if scores.max() <= TAKE_FLOOR:
+                    break
+                label = int(scores.argmax())
+                gained += (evidence[displaced, label] - evidence[displaced, identity[displaced]]).sum()
+                moved |= dict.fromkeys(displaced, label)
+                displaced = beside(label, displaced)
+                lost = evidence[displaced, label].sum()
+                found.append((gained - lost, moved | dict.fromkeys(displaced, NO_MATCH)))
+    return found
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_takes_side_by_side_are_those_one_by_one(seed):
+    rng = np.random.default_rng(seed)
+    points = np.where(rng.random((60, 12, 1)) < 0.05, np.nan, np.zeros((60, 12, 3)))
+    t = from_columns(points, 100.0)
+    evidence = rng.uniform(-14, 12, (len(t), 8))
+    identity = assign_labels(rng.uniform(-5, 5, (len(t), 8)), t.start, t.stop)
+    expected = sorted(takes_one_by_one(t, identity, evidence), key=lambda take: -take[0])
+    found = {
+        tuple(sorted(zip(m.trajectories.tolist(), m.labels.tolist()))): m.promise
+        for m in takes(t, identity, evidence, 50)
+    }
+    assert len(expected) > 100
+    for promise, labels in expected[:50]:
+        assert found[tuple(sorted((int(k), int(v)) for k, v in labels.items()))] == pytest.approx(promise)
