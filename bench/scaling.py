@@ -21,7 +21,8 @@ from dshpm_jax.synthesis import add_ghosts, open_gaps, person, scramble
 
 MARKERS, OF_SEVERAL, FRAMES, WORN = 49, 30, 600, 0.1
 APART = 1500.0  # mm between two people
-DISTINCT = 8  # recordings; more are the same again
+DISTINCT = 8  # recordings, or pieces of a long one; more are the same again
+PIECE = 2000  # frames
 
 Work = tuple[list[Recording], SubjectModel]
 
@@ -55,7 +56,14 @@ def more_ghosts(points: float) -> Work:
 
 
 def more_frames(frames: float) -> Work:
-    return [walk(round(frames))], model_of(MARKERS)
+    """A long recording goes on in the same columns after a while, as capture systems do; else there are too many."""
+    pieces = [walk(round(min(frames, PIECE)), seed=k % DISTINCT).points for k in range(-(-round(frames) // PIECE))]
+    width = max(piece.shape[1] for piece in pieces)
+    points = np.full((round(frames), width, 3), np.nan)
+    for k, piece in enumerate(pieces):
+        part = points[k * PIECE : (k + 1) * PIECE, : piece.shape[1]]
+        part[:] = piece[: len(part)]
+    return [replace(walk(), points=points, labels=("",) * width, columns=())], model_of(MARKERS)
 
 
 def more_recordings(count: float) -> Work:

@@ -69,9 +69,11 @@ def label_many(
 
 
 def _trajectories(recording: Recording, settings: Settings) -> Trajectories:
-    if not recording.present.any():
-        raise ValueError("no point is seen in any frame; there is nothing to label")
     points = recording.points
     if settings.method == "static":
-        return from_columns(points, recording.rate, np.full(points.shape[:2], -1))
-    return pretrack(recording)
+        found = from_columns(points, recording.rate, np.full(points.shape[:2], -1))
+    else:
+        found = pretrack(recording)
+    if not len(found):
+        raise ValueError("no point is seen in any frame; there is nothing to label")
+    return found

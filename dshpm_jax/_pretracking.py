@@ -8,7 +8,7 @@ from scipy.spatial.distance import cdist
 
 from dshpm_jax._kernels.tracking import ACCELERATION, SPEED, track
 from dshpm_jax._recording import Recording
-from dshpm_jax._trajectories import Trajectories, from_columns
+from dshpm_jax._trajectories import Trajectories, from_columns, is_seen
 from dshpm_jax._types import NO_MATCH
 
 logger = logging.getLogger(__name__)
@@ -44,7 +44,7 @@ def columns_are_tracks(points: Float[np.ndarray, "frames points 3"]) -> bool:
     long columns, and a column that stands still is its own nearest point. Columns in which no two consecutive frames
     are filled carry nothing, unless no frame follows another at all.
     """
-    present = np.asarray(np.isfinite(points).all(-1))
+    present = is_seen(points)
     steps = np.logical_and(present[:-1], present[1:])
     own = total = chance = 0.0
     for t in _spread(np.flatnonzero(steps.any(1)), SAMPLED_FRAMES):
@@ -72,37 +72,43 @@ def unbroken_columns(points: Float[np.ndarray, "frames points 3"], rate: float) 
 
     The step after a cut is judged by the step that was cut, so as a rule it is cut too and leaves a single point.
     """
-    present = np.asarray(np.isfinite(points).all(-1))
+    present = is_seen(points)
     steps = present.copy()
     steps[:-1] &= present[1:]
     steps[-1:] = False
-    step = np.full(points.shape, np.nan)  # from this frame to the next
-    step[:-1] = np.diff(points, axis=0)
-    before = np.zeros_like(points)
-    before[1:] = np.where(steps[:-1, :, None], step[:-1], 0)
-    known = np.zeros_like(steps)
-    known[1:] = steps[:-1]
-    with np.errstate(invalid="ignore"):
-        miss = np.linalg.norm(step - before, axis=-1)
-        far = np.linalg.norm(step, axis=-1) > SPEED / rate + JUMP
-        cut = far | (known & (miss > ACCELERATION / rate**2 + JUMP))
-    cut |= _taken_over(points, points + before, miss, known & steps, present)
-    return np.where(steps & ~cut, np.arange(points.shape[1]), NO_MATCH)
+    frame, column = np.nonzero(steps)  # few, where every trajectory has a column of its own
+    here = points[frame, column]
+    step = points[frame + 1, column] - here
+    known = np.append(np.zeros((1, steps.shape[1]), bool), steps[:-1], axis=0)[frame, column]
+    before = np.where(known[:, None], here - points[frame - 1, column], 0.0)
+    miss = np.linalg.norm(step - before, axis=-1)
+    cut = np.linalg.norm(step, axis=-1) > SPEED / rate + JUMP
+    cut |= known & (miss > ACCELERATION / rate**2 + JUMP)
+    links = np.full(present.shape, NO_MATCH, np.int32)
+    off = known & (miss > SUSPECT)
+    present[frame[known & ~off] + 1, column[known & ~off]] = False  # points that a column claims by being on its course
+    off = np.flatnonzero(off)
+    cut[off] |= _taken_over(points, frame[off], column[off], (here + before)[off], miss[off], present)
+    links[frame[~cut], column[~cut]] = column[~cut]
+    return links
 
 
-def _taken_over(points, course, miss, judged, present) -> Bool[np.ndarray, "frames points"]:
-    """Where another column's next point is on a column's course, and the column itself is off it."""
-    found = np.zeros_like(judged)
-    suspects = judged & (np.nan_to_num(miss) > SUSPECT)
-    free = present.copy()  # points that no column claims by being on its course
-    free[1:] &= ~(judged & (np.nan_to_num(miss, nan=np.inf) <= SUSPECT))[:-1]
-    for t in np.flatnonzero(suspects.any(1)):
-        columns, following = np.flatnonzero(suspects[t]), np.flatnonzero(free[t + 1])
-        if not len(following):
-            continue
-        distance = cdist(course[t, columns], points[t + 1, following])
-        distance[columns[:, None] == following[None]] = np.inf
-        found[t, columns] = RIVAL_RATIO * distance.min(1) < miss[t, columns]
+def _taken_over(points, frame, column, course, miss, free) -> Bool[np.ndarray, " suspects"]:
+    """Where another column's next point is on the course of a column that is off it.
+
+    Arguments:
+        frame, column, course, miss: of the suspects, by frame.
+        free: points that no column claims.
+    """
+    found = np.zeros(len(frame), bool)
+    ends = np.flatnonzero(np.diff(frame, append=-1)) + 1
+    for some in map(slice, np.append(0, ends[:-1]), ends):
+        t = frame[some.start]
+        following = np.flatnonzero(free[t + 1])
+        if len(following):
+            distance = cdist(course[some], points[t + 1, following])
+            distance[column[some, None] == following[None]] = np.inf
+            found[some] = RIVAL_RATIO * distance.min(1) < miss[some]
     return found
 
 

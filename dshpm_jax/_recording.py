@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool, Float
 
+from dshpm_jax._trajectories import is_seen
+
 UNLABELLED = re.compile(
     r"(\*\d*|U_?\d+|[Uu]nlabel+ed.*|[Uu]nidentified.*|New \d+|uname.*|M\d{3,}|C_\d+|x\d{2,}|\d+ \d+|)"
 )
@@ -63,7 +65,7 @@ class Recording:
     @property
     def present(self) -> Bool[np.ndarray, "frames points"]:
         """Where a point was seen."""
-        return np.asarray(np.isfinite(self.points).all(-1))
+        return is_seen(self.points)
 
     @property
     def labelled(self) -> Bool[np.ndarray, "points"]:

@@ -86,6 +86,12 @@ class Trajectories:
         return np.where(inside[..., None], found, np.nan)
 
 
+def is_seen(points: Float[np.ndarray, "*frames points 3"]) -> Bool[np.ndarray, "*frames points"]:
+    """Where there is a point: no coordinate is missing (many times faster than to ask for `all` of three)."""
+    finite = np.isfinite(points)
+    return finite[..., 0] & finite[..., 1] & finite[..., 2]
+
+
 def by_marker(
     points: Float[np.ndarray, "*frames points 3"], identities: Int[np.ndarray, "*frames points"], markers: int
 ) -> Float[np.ndarray, "*frames markers 3"]:
@@ -119,39 +125,16 @@ def from_columns(
     nothing, cannot reach any result.
     """
     points = np.asarray(points, dtype=np.float64)
-    present = np.asarray(np.isfinite(points).all(-1))
-    frames, width = present.shape
-    if links is None:  # a column continues itself
-        here = np.arange(width)
-        ahead = np.zeros_like(present)
-        ahead[:-1] = present[1:]
-        links = np.where(present & ahead, here, NO_MATCH)
-    index = np.full((frames, width), NO_MATCH, dtype=np.int32)
-    starts: list[np.ndarray] = []
-    count = 0
-    linked = present & (links != NO_MATCH)
-    steady = np.zeros(frames, bool)  # nothing ends, begins or moves to another column
-    steady[1:] = ((present[1:] == present[:-1]) & (linked == present)[:-1]).all(1)
-    steady[1:] &= ((links == np.arange(width)) | ~linked)[:-1].all(1)
-    for t in range(frames):  # over frames only: a row at a time
-        if steady[t]:
-            index[t] = index[t - 1]
-            continue
-        if t:
-            before = np.flatnonzero(linked[t - 1])
-            index[t, links[t - 1, before]] = index[t - 1, before]
-        new = np.flatnonzero(present[t] & (index[t] == NO_MATCH))
-        new = new[np.lexsort(points[t, new].T[::-1])]
-        index[t, new] = np.arange(count, count + len(new))
-        starts.append(np.full(len(new), t))
-        count += len(new)
-    start = np.concatenate(starts) if starts else np.zeros(0, dtype=int)
+    present = is_seen(points)
+    frames = len(points)
     at_frame, at_column = np.nonzero(present)
-    which = index[at_frame, at_column]
-    stop = np.zeros(count, dtype=int)
+    ahead = at_column if links is None else links[at_frame, at_column]
+    which, head = _numbered(points, at_frame, at_column, ahead)
+    start = at_frame[head]
+    stop = np.zeros(len(head), dtype=int)
     np.maximum.at(stop, which, at_frame + 1)
     slot = _pack(start, stop)
-    slots = int(slot.max()) + 1 if count else 0
+    slots = int(slot.max()) + 1 if len(slot) else 0
     packed = np.full((frames, slots, 3), np.nan)
     packed[at_frame, slot[which]] = points[at_frame, at_column]
     packed_index = np.full((frames, slots), NO_MATCH, dtype=np.int32)
@@ -159,6 +142,33 @@ def from_columns(
     column = np.full((frames, slots), NO_MATCH, dtype=np.int32)
     column[at_frame, slot[which]] = at_column
     return Trajectories(packed, packed_index, column, slot, start, stop, rate)
+
+
+def _numbered(
+    points: np.ndarray, frame: np.ndarray, column: np.ndarray, links: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The trajectory of each point seen, and the first point of each trajectory.
+
+    Arguments:
+        frame, column: where the points stand, in that order.
+        links: the column in the next frame that continues each, `NO_MATCH` where its path ends; so does it where
+            that column is empty.
+    """
+    width = points.shape[1]
+    place, linked = frame * width + column, np.flatnonzero(links != NO_MATCH)
+    target = (frame[linked] + 1) * width + links[linked]
+    following = np.searchsorted(place, target)
+    there = np.append(place, NO_MATCH)[following] == target
+    before = np.arange(len(frame))  # the point that each continues, or itself
+    before[following[there]] = linked[there]
+    head = np.flatnonzero(before == np.arange(len(frame)))
+    head = head[np.lexsort((*points[frame[head], column[head]].T[::-1], frame[head]))]
+    number = np.empty(len(frame), np.int32)
+    number[head] = np.arange(len(head))
+    farther = before[before]
+    while (farther != before).any():  # twice as far back each time, until all are at their heads
+        before, farther = farther, farther[farther]
+    return number[before], head
 
 
 def _pack(start: np.ndarray, stop: np.ndarray) -> np.ndarray:
