@@ -38,7 +38,7 @@ def takes(
             for take in step.take[step.promise >= least].tolist():
                 yield _written(steps[: depth + 1], take, int(taker[first + take]))
         for take in np.flatnonzero(steps[0].promise >= least).tolist():
-            yield from _elsewhere(carriers, identity, evidence, steps[0], take, int(taker[first + take]))
+            yield from _elsewhere(carriers, evidence, steps[0], take, int(taker[first + take]))
 
 
 def _tried(identity: np.ndarray, evidence: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -131,17 +131,15 @@ def _written(steps: list[_Step], take: int, taker: int) -> Move:
     return Move(np.concatenate(changed), np.concatenate(labels), promise)
 
 
-def _elsewhere(
-    carriers: "_Carriers", identity: np.ndarray, evidence: np.ndarray, step: _Step, take: int, taker: int
-) -> Iterator[Move]:
+def _elsewhere(carriers: "_Carriers", evidence: np.ndarray, step: _Step, take: int, taker: int) -> Iterator[Move]:
     """A take in which each of the displaced gets the best label that is free for it."""
     displaced, label = step.displaced[step.row == take], int(step.label[take])
     if len(displaced):
-        free = [_best_free(carriers, identity, evidence, int(k), label) for k in displaced]
+        free = [_best_free(carriers, evidence, int(k), label) for k in displaced]
         yield Move(np.append(displaced, taker), np.array([*free, label]), float(step.promise[take]))
 
 
-def _best_free(carriers: "_Carriers", identity: np.ndarray, evidence: np.ndarray, trajectory: int, but: int) -> int:
+def _best_free(carriers: "_Carriers", evidence: np.ndarray, trajectory: int, but: int) -> int:
     scores = evidence[trajectory].copy()
     scores[carriers.labels_beside(trajectory)] = -np.inf
     scores[but] = -np.inf
