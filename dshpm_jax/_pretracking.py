@@ -84,11 +84,12 @@ def unbroken_columns(points: Float[np.ndarray, "frames points 3"], rate: float) 
     miss = np.linalg.norm(step - before, axis=-1)
     cut = np.linalg.norm(step, axis=-1) > SPEED / rate + JUMP
     cut |= known & (miss > ACCELERATION / rate**2 + JUMP)
-    links = np.full(present.shape, NO_MATCH, np.int32)
-    off = known & (miss > SUSPECT)
-    present[frame[known & ~off] + 1, column[known & ~off]] = False  # points that a column claims by being on its course
-    off = np.flatnonzero(off)
-    cut[off] |= _taken_over(points, frame[off], column[off], (here + before)[off], miss[off], present)
+    on_course = known & (miss <= SUSPECT)
+    free = present  # points that no column claims by being on its course
+    free[frame[on_course] + 1, column[on_course]] = False
+    off = np.flatnonzero(known & (miss > SUSPECT))
+    cut[off] |= _taken_over(points, frame[off], column[off], (here + before)[off], miss[off], free)
+    links = np.full(steps.shape, NO_MATCH, np.int32)
     links[frame[~cut], column[~cut]] = column[~cut]
     return links
 

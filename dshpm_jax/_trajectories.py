@@ -125,9 +125,8 @@ def from_columns(
     nothing, cannot reach any result.
     """
     points = np.asarray(points, dtype=np.float64)
-    present = is_seen(points)
     frames = len(points)
-    at_frame, at_column = np.nonzero(present)
+    at_frame, at_column = np.nonzero(is_seen(points))
     ahead = at_column if links is None else links[at_frame, at_column]
     which, head = _numbered(points, at_frame, at_column, ahead)
     start = at_frame[head]
