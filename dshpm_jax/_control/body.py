@@ -5,6 +5,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
+from scipy.sparse.csgraph import connected_components
 
 from dshpm_jax._control.counterparts import turns
 from dshpm_jax._control.targets import make_targets, symmetries
@@ -68,6 +69,12 @@ class Body:
         inverse = np.where(known, 1.0 / (np.sqrt(3.0) * deviation), 0.0)
         peak = np.where(known, np.log(PAIR_RANGE / deviation), 0.0)
         return mean.astype(np.float32), inverse.astype(np.float32), peak.astype(np.float32)
+
+    @cached_property
+    def subjects(self) -> list[Int[np.ndarray, " markers"]]:
+        """The markers between which distances are known, directly or by way of others: those of each subject."""
+        _, group = connected_components(np.isfinite(self.model.pair_mean), directed=False)
+        return [np.flatnonzero(group == k) for k in range(group.max() + 1)]
 
     @cached_property
     def symmetries(self) -> list[list[tuple[int, ...]]]:

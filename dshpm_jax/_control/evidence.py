@@ -159,11 +159,13 @@ def posture(scene: Scene, places: Float[np.ndarray, "frames markers 3"]) -> Floa
     `POSTURE_PAIRS`. A distance that does not fit says nothing: bodies take postures that no model has seen.
     """
     parts = [places[first : first + FRAMES_AT_ONCE] for first in range(0, len(places), FRAMES_AT_ONCE)]
-    return np.concatenate([_posture(scene, part) for part in parts]) if parts else np.zeros(0)
+    total = [sum((_posture(scene, part, own) for own in scene.body.subjects), np.zeros(len(part))) for part in parts]
+    return np.concatenate([np.zeros(0), *total]) * (0.5 * POSTURE_PAIRS / scene.body.partners)
 
 
-def _posture(scene: Scene, places: Float[np.ndarray, "frames markers 3"]) -> Float[np.ndarray, " frames"]:
-    """`posture` of frames whose tables of distances fit into memory together."""
+def _posture(scene: Scene, places: np.ndarray, own: Int[np.ndarray, " markers"]) -> Float[np.ndarray, " frames"]:
+    """The evidence in all distances between some markers, of frames whose tables of them fit into memory together."""
+    places = places[:, own]
     there = np.asarray(np.isfinite(places[..., 0])).astype(np.float32)
     places = np.nan_to_num(places)
     middle = np.einsum("fmi,fm->fi", places, there) / np.maximum(there.sum(1), 1.0)[:, None]
@@ -171,7 +173,7 @@ def _posture(scene: Scene, places: Float[np.ndarray, "frames markers 3"]) -> Flo
     square = (places**2).sum(-1)
     error = square[:, :, None] + square[:, None] - 2.0 * places @ places.transpose(0, 2, 1)
     np.sqrt(np.maximum(error, 0.0, out=error), out=error)
-    mean, inverse, peak = scene.body.pairs
+    mean, inverse, peak = (table[np.ix_(own, own)] for table in scene.body.pairs)
     error -= mean
     error *= inverse
     error *= error
@@ -180,5 +182,4 @@ def _posture(scene: Scene, places: Float[np.ndarray, "frames markers 3"]) -> Flo
     error *= -2.0
     error += peak
     np.maximum(error, 0.0, out=error)
-    total = ((error @ there[..., None])[..., 0] * there).sum(-1)
-    return total * (0.5 * POSTURE_PAIRS / scene.body.partners)
+    return ((error @ there[..., None])[..., 0] * there).sum(-1)
