@@ -31,6 +31,7 @@ RIVAL_MARGIN = 1.5  # mm that it must be farther besides
 LOOSE_RATIO = 1.3  # the same for the provisional links from which deviations are taken
 NUM_ROUNDS = 3  # rounds of mutual nearest pairs; pairs left after three are rivals of one another
 
+AWAY = 1e12  # mm^2, where there is no point
 INFINITE = 0x7F800000  # the bits of a float32 infinity
 CHUNK_FRAMES = 128
 POINT_BUCKETS = (32, 64, 128, 256)  # beyond, multiples of the last
@@ -66,7 +67,7 @@ def track(points: Float[np.ndarray, "frames points 3"], rate: float) -> Int[np.n
     frames, width = points.shape[:2]
     present = np.isfinite(points).all(-1)
     order = np.argsort(~present, axis=1, kind="stable")[:, : int(present.sum(1).max(initial=0))]
-    packed = np.take_along_axis(points, order[..., None], axis=1).astype(np.float32)
+    packed = np.take_along_axis(points, order[..., None], axis=1)
     links = _both_ways(packed, rate)
     t, i = np.nonzero(links != NO_MATCH)
     found = np.full((frames, width), NO_MATCH, dtype=np.int32)
@@ -84,7 +85,11 @@ def _both_ways(points: Float[np.ndarray, "frames points 3"], rate: float) -> Int
     frames, width = points.shape[:2]
     if frames < 2 or not width:
         return np.full((frames, width), NO_MATCH)
-    (ahead, tracked), (back, tracked_back) = _passes(np.stack([points, points[::-1]]), rate)
+    middle = _middles(points)
+    points = points - middle[:, None]
+    (ahead, tracked), (back, tracked_back) = _passes(
+        np.stack([points, points[::-1]]), np.stack([middle, middle[::-1]]), rate
+    )
     ahead, tracked = ahead[:-1], tracked[:-1]
     t, j = np.nonzero(back[:-1] != NO_MATCH)
     backward = np.full_like(ahead, NO_MATCH)  # the backward pass's links, written as forward ones
@@ -111,19 +116,30 @@ def _without_shared_ends(links: Int[np.ndarray, "frames points"]) -> Int[np.ndar
     return np.where(shared, NO_MATCH, links)
 
 
-def _passes(points: Float[np.ndarray, "passes frames points 3"], rate: float):
+def _middles(points: Float[np.ndarray, "frames points 3"]) -> Float[np.ndarray, "frames 3"]:
+    """The median of the points of each frame, which none that is astray moves; the origin where there is none."""
+    ordered = np.sort(points, axis=1)  # NaN come last
+    half = np.maximum(np.isfinite(points).all(-1).sum(1) - 1, 0) // 2
+    return np.nan_to_num(np.take_along_axis(ordered, half[:, None, None], axis=1)[:, 0])
+
+
+def _passes(points: Float[np.ndarray, "passes frames points 3"], middle: Float[np.ndarray, "passes frames 3"], rate):
     """For each pass its links, and which points were tracked when they were linked, both (frames, points).
 
-    Frames go through in chunks of one size and points in few widths, so that few programs are compiled.
+    Points are counted from the `middle` of their frame. Frames go through in chunks of one size and points in few
+    widths, so that few programs are compiled.
     """
     passes, frames, width = points.shape[:3]
-    padded_width = _bucket(width)
-    padded = np.full((passes, -(-frames // CHUNK_FRAMES) * CHUNK_FRAMES, padded_width, 3), np.nan, np.float32)
+    padded_width, padded_frames = _bucket(width), -(-frames // CHUNK_FRAMES) * CHUNK_FRAMES
+    padded = np.full((passes, padded_frames, padded_width, 3), np.nan, np.float32)
     padded[:, :frames, :width] = points
+    shift = np.zeros((passes, padded_frames, 3), np.float32)
+    shift[:, 1:frames] = np.diff(middle, axis=1)
     state = _nothing_yet(passes, padded_width)
     parts = []
     for start in range(0, frames, CHUNK_FRAMES):
-        state, part = track_chunk(state, padded[:, start : start + CHUNK_FRAMES], np.float32(1 / rate))
+        some = slice(start, start + CHUNK_FRAMES)
+        state, part = track_chunk(state, padded[:, some], shift[:, some], np.float32(1 / rate))
         parts.append(jax.device_get(part))
     # The links found on reaching a frame are those of the frame before.
     links, tracked = (np.concatenate(x, axis=1)[:, 1:frames, :width] for x in zip(*parts))
@@ -144,54 +160,59 @@ def _nothing_yet(passes: int, width: int) -> TrackState:
 
 @jax.jit
 def track_chunk(
-    state: TrackState, points: Float[Array, "passes frames points 3"], seconds: Float[Array, ""]
+    state: TrackState,
+    points: Float[Array, "passes frames points 3"],
+    shift: Float[Array, "passes frames 3"],
+    seconds: Float[Array, ""],
 ) -> tuple[TrackState, tuple[Int[Array, "passes frames points"], Bool[Array, "passes frames points"]]]:
     """Carries `state` through the frames of a chunk, each pass by itself.
 
     Arguments:
         state: before the first frame, with a leading axis for the passes.
-        points: millimetres, NaN where empty.
+        points: millimetres from a place amid them, NaN where empty.
+        shift: how far that place has moved since the frame before.
         seconds: between frames.
 
     Returns the state after the last frame and, for each frame, the links that lead into it: for each row of the frame
     before, the row in this one or `NO_MATCH`; and which rows of the frame before were tracked already.
     """
 
-    def one_pass(state, points):
-        def step(state, frame):
-            after, links = _advance(state, frame, seconds)
+    def one_pass(state, points, shift):
+        def step(state, following):
+            after, links = _advance(state, following[0], following[1], seconds)
             return after, (links, state.tracked)
 
-        return jax.lax.scan(step, state, points)
+        return jax.lax.scan(step, state, (points, shift))
 
-    return jax.vmap(one_pass)(state, points)
+    return jax.vmap(one_pass)(state, points, shift)
 
 
-def _advance(before: TrackState, frame: Float[Array, "points 3"], seconds) -> tuple[TrackState, Int[Array, "points"]]:
+def _advance(
+    before: TrackState, frame: Float[Array, "points 3"], shift: Float[Array, "3"], seconds: Float[Array, ""]
+) -> tuple[TrackState, Int[Array, "points"]]:
     """Links the points of `before` to those of `frame`."""
+    before = before._replace(position=before.position - shift[None])
     seen = jnp.isfinite(frame).all(-1)
     frame = jnp.where(seen[:, None], frame, 0)
     closeness = _closeness(before)
     velocity, gate = _expectation(before, closeness, seconds)
     reach = jnp.where(before.seen, gate, -1.0)
-    distance = _squares(before.position + velocity, frame, reach, seen)
     # Neighbours brake and turn together: a first, tentative linking says by how much each misses its prediction, and
     # every point is predicted anew with the misses of its neighbours, its own left out.
-    tentative = _mutual_nearest(distance, LOOSE_RATIO, 0.0)
+    tentative = _mutual_nearest(before.position + velocity, frame, reach, seen, LOOSE_RATIO, 0.0)
     linked = tentative != NO_MATCH
     miss = jnp.where(linked[:, None], frame[tentative] - before.position - velocity, 0)
     trust = jnp.where(linked, jnp.where(before.tracked, 1.0, 0.3), 0.0)
     around, total = _weighted(closeness, trust, miss)
-    predicted = before.position + velocity + around / (total + 0.3)[:, None]
-    links = _unrivalled(_squares(predicted, frame, reach, seen))
+    links = _unrivalled(before.position + velocity + around / (total + 0.3)[:, None], frame, reach, seen)
     return _state_after(before, frame, seen, links, velocity), links
 
 
 def _closeness(state: TrackState) -> Float[Array, "points points"]:
     """How much each point (row) heeds each other (column): 1 side by side, 0 far away, to itself or to nothing."""
-    others = state.seen[:, None] & state.seen[None] & ~jnp.eye(state.seen.shape[0], dtype=bool)
-    square = _between(state.position, state.position)
-    return jnp.where(others, jnp.maximum(1 - square / REACH**2, 0) ** 3, 0)
+    square = _squares(state.position, state.position, state.seen, state.seen)
+    near = jnp.maximum(1 - square / REACH**2, 0) ** 3
+    return jnp.where(jnp.eye(len(near), dtype=bool), 0, near)
 
 
 def _weighted(closeness, trust, values) -> tuple[Float[Array, "points k"], Float[Array, "points"]]:
@@ -215,55 +236,52 @@ def _expectation(state: TrackState, closeness, seconds) -> tuple[Float[Array, "p
     return velocity, jnp.where(state.tracked, steady, fresh)
 
 
-class _Squares(NamedTuple):
-    """Squared distances (mm^2) between predictions and points, infinite where they cannot be linked.
+def _unrivalled(predicted, frame, reach, seen) -> Int[Array, "points"]:
+    """One-to-one links by rounds of mutual nearest pairs; those accepted are no rivals in the next round.
 
-    Held both ways, the choices along the major axis, where minima are several times faster.
+    Arguments:
+        predicted, frame: (points, 3), mm.
+        reach: the farthest that a prediction may miss (mm), negative where there is none.
+        seen: which rows of `frame` hold a point.
     """
 
-    to_points: Float[Array, "points predictions"]
-    to_predictions: Float[Array, "predictions points"]
+    def more(state):
+        _, left, free, number = state
+        return jnp.any(left >= 0) & jnp.any(free) & (number < NUM_ROUNDS)
+
+    def link(state):
+        links, left, free, number = state
+        new = _mutual_nearest(predicted, frame, left, free, RIVAL_RATIO, RIVAL_MARGIN)
+        found = new != NO_MATCH
+        left = jnp.where(found | ~jnp.any(found), -1.0, left)  # another round would find nothing where this has not
+        return jnp.where(found, new, links), left, free & (_inverse(new) == NO_MATCH), number + 1
+
+    return jax.lax.while_loop(more, link, (jnp.full(len(frame), NO_MATCH, jnp.int32), reach, seen, 0))[0]
 
 
-def _squares(predicted, frame, reach, seen) -> _Squares:
-    """`reach` is the farthest that a prediction may miss (mm), negative where there is none."""
-
-    def gated(square, reach, seen):
-        return jnp.where(seen & (reach >= 0) & (square <= reach**2), square, jnp.inf)
-
-    return _Squares(
-        gated(_between(frame, predicted), reach[None], seen[:, None]),
-        gated(_between(predicted, frame), reach[:, None], seen[None]),
-    )
-
-
-def _between(a: Float[Array, "n 3"], b: Float[Array, "m 3"]) -> Float[Array, "n m"]:
-    """Squared distances from differences, a coordinate at a time: XLA fuses that, but no sum over an axis of three."""
-    x, y, z = (a[:, None, k] - b[None, :, k] for k in range(3))
-    return x * x + y * y + z * z
-
-
-def _unrivalled(squares: _Squares) -> Int[Array, "points"]:
-    """One-to-one links by rounds of mutual nearest pairs; those accepted are no rivals in the next round."""
-    links = jnp.full(squares.to_points.shape[1], NO_MATCH, dtype=jnp.int32)
-    for _ in range(NUM_ROUNDS):
-        new = _mutual_nearest(squares, RIVAL_RATIO, RIVAL_MARGIN)
-        links = jnp.where(new != NO_MATCH, new, links)
-        left, taken = new != NO_MATCH, _inverse(new) != NO_MATCH
-        squares = _Squares(
-            jnp.where(left[None] | taken[:, None], jnp.inf, squares.to_points),
-            jnp.where(left[:, None] | taken[None], jnp.inf, squares.to_predictions),
-        )
-    return links
-
-
-def _mutual_nearest(squares: _Squares, ratio: float, margin: float) -> Int[Array, "points"]:
+def _mutual_nearest(predicted, frame, reach, seen, ratio: float, margin: float) -> Int[Array, "points"]:
     """Pairs that are each other's nearest, and no other choice of either within `ratio` times that plus `margin`."""
-    choice, nearest, second = _two_nearest(squares.to_points)
-    chosen_by, _, second_back = _two_nearest(squares.to_predictions)
+    there, limit = reach >= 0, reach * jnp.abs(reach)
+    back = _squares(predicted, frame, there, seen)  # both ways, as minima along the major axis are the faster ones
+    ahead = _squares(frame, predicted, seen, there)
+    choice, nearest, second = _two_nearest(jnp.where(ahead <= limit[None], ahead, jnp.inf))
+    chosen_by, _, second_back = _two_nearest(jnp.where(back <= limit[:, None], back, jnp.inf))
     rival = jnp.sqrt(jnp.minimum(second, second_back[choice]))
     mutual = (chosen_by[choice] == jnp.arange(len(choice))) & jnp.isfinite(nearest)
     return jnp.where(mutual & (rival >= ratio * jnp.sqrt(nearest) + margin), choice, NO_MATCH)
+
+
+def _squares(a, b, in_a, in_b) -> Float[Array, "n m"]:
+    """Squared distances (mm^2) between two sets of points, `AWAY` and more where one is not in its set.
+
+    A product of matrices: XLA would compute differences again for every use. It rounds by some 1e-7 of the squared
+    distance from the origin, which is to be near: for points a metre off that is a tenth of a square millimetre.
+    """
+    from_a = (a * a).sum(1, keepdims=True) + jnp.where(in_a, 0.0, AWAY)[:, None]
+    from_b = (b * b).sum(1, keepdims=True) + jnp.where(in_b, 0.0, AWAY)[:, None]
+    left = jnp.concatenate([-2.0 * a, from_a, jnp.ones_like(from_a)], axis=1)
+    right = jnp.concatenate([b, jnp.ones_like(from_b), from_b], axis=1)
+    return jnp.maximum(left @ right.T, 0.0)
 
 
 def _two_nearest(squares: Float[Array, "choices n"]):

@@ -14,7 +14,7 @@ from dshpm_jax._recording import Recording
 from dshpm_jax._types import NO_MATCH
 
 RATE = 100.0
-link = jax.jit(lambda a, b, reach, seen: tracking._unrivalled(tracking._squares(a, b, reach, seen)))
+link = jax.jit(tracking._unrivalled)
 
 
 def motion(frames=150, points=20, speed=2000.0, seed=0):
@@ -80,6 +80,14 @@ def test_the_order_of_columns_does_not_matter():
     plain, mixed = track(points, RATE), track(points[:, order], RATE)
     back = np.where(mixed == NO_MATCH, NO_MATCH, order[mixed])
     np.testing.assert_array_equal(back, plain[:, order])
+
+
+def test_neither_the_place_nor_a_point_far_away_matters():
+    points = with_gaps(motion())
+    plain = track(points, RATE)
+    astray = np.random.default_rng(2).uniform(1e7, 2e7, (len(points), 1, 3))
+    np.testing.assert_array_equal(track(points + (2e5, -1e5, 3e4), RATE), plain)
+    np.testing.assert_array_equal(track(np.concatenate([points, astray], axis=1), RATE)[:, :-1], plain)
 
 
 def test_two_that_meet_are_cut_rather_than_confused():
