@@ -12,6 +12,10 @@ from dshpm_jax._control.turning import turn
 from dshpm_jax._control.voting import AGREED, DENSER, Votes
 from dshpm_jax._requests import Control
 
+STARTS = (1.0, 1.3, 2.0, 4.0)
+"""So many times the usual number of key-frames are tried in turn as long as their votes are divided: where the model
+says little, as that of a static does, what they lead to is a matter of luck."""
+
 COARSE = 0.3
 """Share of the key-frames that are asked first; most recordings need no more."""
 
@@ -40,14 +44,28 @@ much is missing, labels grow from few."""
 def full(scene: Scene) -> Control:
     """Labels a recording; returns the final `State` and the rigid fits that the key-frames took."""
     frames = sample_frames(scene)
-    votes = Votes.none(scene)
-    held = [(yield from _started(scene, votes, frames))]
+    best, fits = None, 0
+    for scale in STARTS:
+        votes = Votes.none(scene)
+        state = yield from _led_by(scene, votes, scale, frames)
+        fits += votes.fits
+        if best is None or state.worth > best.worth:
+            best = state
+        del state
+        if not votes.divided:
+            break
+    return best, fits
+
+
+def _led_by(scene: Scene, votes: Votes, scale: float, frames: Int[np.ndarray, " frames"]) -> Control:
+    """The `State` that `scale` times the usual number of key-frames and all stages lead to."""
+    held = [(yield from _started(scene, votes, scale, frames))]
     for _ in range(PASSES):
         before = held[0].worth
         yield from _through_stages(scene, held, frames)
         if held[0].worth == before or _share_held(scene, held[0]) >= HELD:
             break
-    return held.pop(), votes.fits
+    return held.pop()
 
 
 def _through_stages(scene: Scene, held: list[State], frames: Int[np.ndarray, " frames"]) -> Control:
@@ -63,16 +81,16 @@ def _through_stages(scene: Scene, held: list[State], frames: Int[np.ndarray, " f
         improved = held[0].worth if stage is improve else improved
 
 
-def _started(scene: Scene, votes: Votes, frames: Int[np.ndarray, " frames"]) -> Control:
+def _started(scene: Scene, votes: Votes, scale: float, frames: Int[np.ndarray, " frames"]) -> Control:
     """The best `State` that key-frames lead to: few of them where these do, else more, and restarts."""
-    state = yield from _asked(scene, votes, COARSE, frames)
+    state = yield from _asked(scene, votes, scale * COARSE, frames)
     for factor in DENSER:
         share = _share_held(scene, state)
         if votes.agreement >= AGREED and share >= HELD:
             return state
         if share >= SOUND or (factor != DENSER[0] and votes.suffice):
             break
-        state = yield from _asked(scene, votes, factor, frames)
+        state = yield from _asked(scene, votes, scale * factor, frames)
     if _share_held(scene, state) >= SOUND:
         return (yield from _restarted_in_some(scene, votes.identity, state, frames))
     return (yield from _restarted(scene, votes.identity, state, frames))

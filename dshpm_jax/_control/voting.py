@@ -18,6 +18,9 @@ DENSER = (1, 3)
 AGREED, FOUND = 0.95, 0.9
 """The first set will do if so many of its votes go to the label that wins, and so many segments were found."""
 
+DIVIDED = 0.5
+"""Votes are divided where fewer of them go to the label that wins."""
+
 KEY_SECONDS = 20.0
 """From a key-frame labels spread over some lives of trajectories and no farther, so long recordings need more."""
 
@@ -58,6 +61,11 @@ class Votes:
     def suffice(self) -> bool:
         """Whether nearly all votes went to one label, and nearly all segments were found."""
         return self.agreement >= AGREED and bool(np.mean([part.found for part in self.parts]) >= FOUND)
+
+    @property
+    def divided(self) -> bool:
+        """Whether there are votes, and most of them went to other labels than those that won."""
+        return bool(self.count.any()) and self.agreement < DIVIDED
 
     def ask(self, scene: Scene, factor: float) -> Control:
         """Asks `factor` times the usual number of key-frames, less those that were asked before."""

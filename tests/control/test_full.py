@@ -7,13 +7,13 @@ import pytest
 from takes import model, shares, take
 
 from dshpm_jax import Reason, Settings, label_many
+from dshpm_jax._control import voting
 from dshpm_jax._control.decision import alternatives, decide
 from dshpm_jax._control.evidence import fewer_frames, frame_evidence, labels_in, posture, sample_frames
 from dshpm_jax._control.full import full
 from dshpm_jax._control.resolving import poor_frames, resolve
 from dshpm_jax._control.scene import Scene
 from dshpm_jax._control.settling import State, improve, settle
-from dshpm_jax._control.voting import usual_number
 from dshpm_jax._driver import Driver
 from dshpm_jax._pretracking import pretrack
 from dshpm_jax._trajectories import from_columns
@@ -38,7 +38,7 @@ def run(control):
 @pytest.mark.parametrize(("seconds", "wanted"), [(1, 10), (200, 10), (201, 11), (3600, 180)])
 def test_long_recordings_have_more_key_frames(seconds, wanted):
     tracks = from_columns(np.zeros((seconds * 2, 1, 3)), 2.0)
-    assert usual_number(Scene(tracks, model(), Settings())) == wanted
+    assert voting.usual_number(Scene(tracks, model(), Settings())) == wanted
 
 
 def test_every_trajectory_is_sampled(scene_and_truth):
@@ -142,6 +142,15 @@ def test_posture_is_that_of_each_frame_alone(scene_and_truth, monkeypatch):
     monkeypatch.setattr("dshpm_jax._control.evidence.FRAMES_AT_ONCE", 7)
     np.testing.assert_array_equal(posture(scene, places), together)
     assert posture(scene, places[:0]).shape == (0,)
+
+
+def test_divided_votes_lead_to_more_starts(scene_and_truth, monkeypatch):
+    scene, _ = scene_and_truth
+    state, fits = run(full(scene))
+    monkeypatch.setattr(voting, "DIVIDED", 1.1)
+    best, more_fits = run(full(scene))
+    assert more_fits > 3 * fits and best.worth >= state.worth
+    assert not voting.Votes.none(scene).divided
 
 
 def test_a_segment_without_labels_is_poor_and_labelled_again(scene_and_truth):
