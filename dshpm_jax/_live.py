@@ -12,7 +12,7 @@ from dshpm_jax._model import SubjectModel
 from dshpm_jax._pretracking import pretrack
 from dshpm_jax._recording import Recording
 from dshpm_jax._settings import Settings
-from dshpm_jax._trajectories import by_marker
+from dshpm_jax._trajectories import by_marker, is_seen
 from dshpm_jax._types import NO_MATCH
 
 WINDOW = 2.0  # delays that are looked at together
@@ -122,7 +122,7 @@ class Labeller:
 
     def _judge(self) -> None:
         """Labels the frames that are kept, given the labels that they have."""
-        if not np.isfinite(self._points).all(-1).any():
+        if not is_seen(self._points).any():
             return
         columns = self._points.shape[1]
         recording = Recording(self._points, ("",) * columns, self._rate)

@@ -5,6 +5,7 @@ import numpy as np
 from dshpm_jax._control.dynamic import assign_within, identify_segment
 from dshpm_jax._control.scene import Known, Scene
 from dshpm_jax._requests import Control, FitPoses
+from dshpm_jax._trajectories import is_seen
 from dshpm_jax._types import MIN_FIT_POINTS, NO_MATCH
 
 
@@ -49,7 +50,7 @@ def recruit_all(scene: Scene, known: Known, frame: int) -> Control:
         return
     width = max(map(len, shapes))
     shape, place = (np.stack([_padded(rows, width) for rows in stack]) for stack in (shapes, places))
-    poses = yield FitPoses(np.nan_to_num(shape), place, np.isfinite(place).all(-1).astype(float))
+    poses = yield FitPoses(np.nan_to_num(shape), place, is_seen(place).astype(float))
     known.fits += len(wanting)
     predicted = np.einsum("fij,fcj->fci", poses.rotation, np.nan_to_num(shape)) + poses.translation[:, None]
     best: dict[int, tuple[float, np.ndarray, float]] = {}

@@ -19,7 +19,7 @@ from dshpm_jax._recording import Recording
 from dshpm_jax._requests import Control, Together
 from dshpm_jax._settings import Settings
 from dshpm_jax._subjects import subjects_of
-from dshpm_jax._trajectories import Trajectories, by_marker
+from dshpm_jax._trajectories import Trajectories, by_marker, is_seen
 from dshpm_jax._types import MIN_FIT_POINTS, NO_MATCH, NO_PARENT
 
 FACTORS = np.geomspace(0.82, 1.22, 10)
@@ -81,10 +81,10 @@ def refitted(model: SubjectModel, trajectories: Trajectories, identity: np.ndarr
     """
     labels = np.where(trajectories.index != NO_MATCH, identity[trajectories.index], NO_MATCH)
     points = by_marker(trajectories.points, labels, model.num_markers)
-    seen = np.isfinite(points).all(-1).sum(0)
+    seen = is_seen(points).sum(0)
     rare = np.flatnonzero(seen < FEW_FRAMES)
     points[:, rare] = np.stack([_predicted(model.neighbourhoods[m], points) for m in rare], 1) if len(rare) else 0.0
-    if not np.isfinite(points).all(-1).any(0).all():
+    if not is_seen(points).any(0).all():
         return model
     segments = {
         s.name: {
@@ -99,7 +99,7 @@ def refitted(model: SubjectModel, trajectories: Trajectories, identity: np.ndarr
 def _predicted(near: Neighbourhood, points: Float[np.ndarray, "frames markers 3"]) -> Float[np.ndarray, "frames 3"]:
     """Where the neighbours of a marker say that it is, NaN where fewer than three of them are seen."""
     around = points[:, list(near.markers)]
-    enough = np.isfinite(around).all(-1).sum(1) >= MIN_FIT_POINTS
+    enough = is_seen(around).sum(1) >= MIN_FIT_POINTS
     places = np.full((len(points), 3), np.nan)
     if enough.any():
         places[enough] = predict_last(near.shape, around[enough], 1 / near.softness**2)

@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Float
 
-from dshpm_jax._trajectories import runs
+from dshpm_jax._trajectories import is_seen, runs
 
 LEAP = 10.0
 """Millimetres by which a point leaves its course in one step, at the least, when it becomes another point."""
@@ -59,7 +59,7 @@ def _off_its_way(points: Float[np.ndarray, "frames 3"], first: int, last: int) -
     """How far a point is from its way at most (mm), 0 where too little of that is seen."""
     begin, end = max(0, first - AROUND), min(len(points), last + 1 + AROUND)
     around = np.setdiff1d(np.arange(begin, end), np.arange(first, last + 1))
-    around = around[np.isfinite(points[around]).all(-1)]
+    around = around[is_seen(points[around])]
     if len(around) <= AROUND:
         return 0.0
     here = np.arange(first, last + 1)

@@ -13,6 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
+from dshpm_jax._trajectories import is_seen
 from dshpm_jax._types import NO_MATCH
 
 NOISE = 12.0  # mm that a steady point may miss its prediction by: noise, soft tissue, and a margin
@@ -65,7 +66,7 @@ def track(points: Float[np.ndarray, "frames points 3"], rate: float) -> Int[np.n
     No two points share a continuation, and a gap ends a track. The order of the columns does not matter.
     """
     frames, width = points.shape[:2]
-    present = np.isfinite(points).all(-1)
+    present = is_seen(points)
     order = np.argsort(~present, axis=1, kind="stable")[:, : int(present.sum(1).max(initial=0))]
     packed = np.take_along_axis(points, order[..., None], axis=1)
     links = _both_ways(packed, rate)
@@ -119,7 +120,7 @@ def _without_shared_ends(links: Int[np.ndarray, "frames points"]) -> Int[np.ndar
 def _middles(points: Float[np.ndarray, "frames points 3"]) -> Float[np.ndarray, "frames 3"]:
     """The median of the points of each frame, which none that is astray moves; the origin where there is none."""
     ordered = np.sort(points, axis=1)  # NaN come last
-    half = np.maximum(np.isfinite(points).all(-1).sum(1) - 1, 0) // 2
+    half = np.maximum(is_seen(points).sum(1) - 1, 0) // 2
     return np.nan_to_num(np.take_along_axis(ordered, half[:, None, None], axis=1)[:, 0])
 
 

@@ -9,6 +9,7 @@ from jaxtyping import Float, Int
 from dshpm_jax._model_building.expectation import GENERAL_MM, GENERAL_SECONDS, expected_spread, general_share
 from dshpm_jax._model_building.shapes import mean_shape, weighted_fit, with_distances
 from dshpm_jax._model_building.statistics import MAX_FRAMES, PairStatistics
+from dshpm_jax._trajectories import is_seen
 
 MAX_NEIGHBOURS = 8
 """More neighbours average out more noise, but the eighth is already on the next limb."""
@@ -88,7 +89,7 @@ def _prediction_error(points: np.ndarray, shape: np.ndarray, weight: np.ndarray)
 
     NaN where fewer than 3 ever are; 1 % of the worst frames are left out, for hand labels are wrong in a few.
     """
-    seen = np.asarray(np.isfinite(points).all(-1))
+    seen = is_seen(points)
     frames = points[seen[:, -1] & (seen[:, :-1].sum(1) >= 3)]
     if not len(frames):
         return np.nan

@@ -3,6 +3,7 @@
 import numpy as np
 from jaxtyping import Float
 
+from dshpm_jax._trajectories import is_seen
 from dshpm_jax._types import MIN_FIT_POINTS
 
 ROUNDS = 8
@@ -49,7 +50,7 @@ def weighted_fit(
     Returns rotation, translation (mm), and how far the matched points spread across their longest direction (RMS, mm):
     0 for points in a line, around which the rotation is arbitrary.
     """
-    seen = np.asarray(np.isfinite(points).all(-1))
+    seen = is_seen(points)
     points = np.where(seen[..., None], points, 0.0)
     share = np.where(seen, weight, 0.0)
     share = share / np.maximum(share.sum(1, keepdims=True), np.finfo(float).tiny)
@@ -73,16 +74,16 @@ def mean_shape(
     markers = points.shape[1]
     if markers < MIN_FIT_POINTS:
         return _from_distances(distances)
-    seen = np.isfinite(points).all(-1)
+    seen = is_seen(points)
     frames = np.flatnonzero(seen.sum(1) >= MIN_FIT_POINTS)
     if not len(frames):
         return _from_distances(distances)
     points = points[frames[np.linspace(0, len(frames) - 1, min(len(frames), MAX_SHAPE_FRAMES)).astype(int)]]
-    shape = points[int(np.argmax(np.isfinite(points).all(-1).sum(1)))].copy()
+    shape = points[int(np.argmax(is_seen(points).sum(1)))].copy()
     for _ in range(ROUNDS):
         rotation, translation = fit(shape, points)
         here = np.einsum("fji,fmj->fmi", rotation, points - translation[:, None])
-        seen = np.isfinite(here).all(-1)
+        seen = is_seen(here)
         found = seen.any(0)
         # The median bears the few frames in which a hand label is wrong.
         shape[found] = np.stack([np.median(here[seen[:, m], m], axis=0) for m in np.flatnonzero(found)])
@@ -147,7 +148,7 @@ def joint_centre(
     not say (a hinge leaves its axis open, a still joint everything). NaN error without common frames.
     """
     (r_p, t_p), (r_s, t_s) = parent_poses, segment_poses
-    both = np.isfinite(t_p).all(-1) & np.isfinite(t_s).all(-1)
+    both = is_seen(t_p) & is_seen(t_s)
     if not both.any():
         return parent_guess, segment_guess, np.nan
     r_p, t_p, r_s, t_s = r_p[both], t_p[both], r_s[both], t_s[both]

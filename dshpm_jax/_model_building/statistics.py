@@ -6,6 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
+from dshpm_jax._trajectories import is_seen
+
 MAX_FRAMES = 1000
 """Frames taken from one recording, evenly spaced: more say nothing new about a distance."""
 
@@ -70,7 +72,7 @@ def pair_statistics(clips: Sequence[Float[np.ndarray, "frames markers 3"]], rate
         return full
 
     frames = square(count.sum(0), 0)
-    np.fill_diagonal(frames, sum(np.isfinite(clip).all(-1).sum(0) for clip in clips))
+    np.fill_diagonal(frames, sum(is_seen(clip).sum(0) for clip in clips))
     seconds = (count / np.asarray(rates)[:, None] * np.minimum(moved / LIVELY_MM, 1)[:, None]).sum(0)
     return PairStatistics(
         mean=square(pooled, 0.0),

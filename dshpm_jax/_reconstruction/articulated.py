@@ -20,6 +20,7 @@ from dshpm_jax._hierarchy import depth_first
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._reconstruction.interpolation import Between
 from dshpm_jax._reconstruction.rigid import Poses, softness
+from dshpm_jax._trajectories import is_seen
 from dshpm_jax._types import NO_MATCH, NO_PARENT
 
 MIN_TIES = 2
@@ -95,7 +96,7 @@ def fit_articulated(
     stiffness = np.stack(np.broadcast_arrays(1 / turn, 1 / SHIFT_MM), axis=-1)
     ties = [list(_ties(model, s)) for s in range(len(model.segments))]
     known, guess = measured.copy(), way.poses
-    possible = np.isfinite(guess.translations).all(-1) & ~measured
+    possible = is_seen(guess.translations) & ~measured
 
     def settle(segments: list[int], wanted: np.ndarray) -> bool:
         """Fits the `wanted` frames of some segments, no two of them neighbours."""
@@ -153,7 +154,7 @@ def _ties(model: SubjectModel, segment: int) -> Iterator[Tie]:
 
 def _tied(ties: list[list[Tie]], points: np.ndarray, known: np.ndarray) -> Bool[np.ndarray, "frames segments"]:
     """Which segments have enough ties: markers that are seen, and neighbours whose pose is known."""
-    seen = np.asarray(np.isfinite(points).all(-1))
+    seen = is_seen(points)
     count = np.zeros(known.shape, dtype=int)
     for s, mine in enumerate(ties):
         count[:, s] += seen[:, [tie.marker for tie in mine if tie.neighbour == NO_MATCH]].sum(1)
@@ -178,7 +179,7 @@ def _problems(
     for k, tie in enumerate(ties):
         here[k], robust[k] = tie.here, tie.neighbour == NO_MATCH
         place = points[frames, tie.marker] if tie.marker != NO_MATCH else np.full((len(frames), 3), np.nan)
-        seen = np.isfinite(place).all(-1)
+        seen = is_seen(place)
         if tie.neighbour == NO_MATCH:
             holds = seen
         else:

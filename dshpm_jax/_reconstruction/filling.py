@@ -11,7 +11,7 @@ from dshpm_jax._model import SubjectModel
 from dshpm_jax._model_building.shapes import weighted_fit
 from dshpm_jax._reconstruction.rigid import MIN_PLANE_SPREAD_MM, Poses
 from dshpm_jax._recording import Recording
-from dshpm_jax._trajectories import runs
+from dshpm_jax._trajectories import is_seen, runs
 from dshpm_jax._types import MIN_FIT_POINTS
 
 CONTEXT_SECONDS, MIN_CONTEXT = 0.04, 3
@@ -49,7 +49,7 @@ def marker_points(recording: Recording, model: SubjectModel) -> Float[np.ndarray
     columns = _marker_columns(recording, model)
     points = np.full((recording.num_frames, model.num_markers, 3), np.nan)
     points[:, list(columns)] = recording.points[:, list(columns.values())]
-    points[~np.isfinite(points).all(-1)] = np.nan
+    points[~is_seen(points)] = np.nan
     return points
 
 
@@ -69,7 +69,7 @@ def fill(recording: Recording, model: SubjectModel, poses: Poses, max_seconds: f
                 if stop - start <= longest:
                     path = _path(model, measured, poses, recording.rate, marker, start, stop)
                     points[start:stop, column] = path
-    there = np.isfinite(points).all(-1)
+    there = is_seen(points)
     return Filled(replace(recording, points=points), np.asarray(there & ~seen))
 
 

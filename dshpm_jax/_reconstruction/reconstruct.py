@@ -10,6 +10,7 @@ from dshpm_jax._reconstruction.interpolation import interpolate
 from dshpm_jax._reconstruction.motion import Found, Motion
 from dshpm_jax._reconstruction.rigid import Poses, rigid_poses
 from dshpm_jax._recording import Recording
+from dshpm_jax._trajectories import is_seen
 from dshpm_jax._types import NO_PARENT
 
 BRIDGED_SECONDS = 1.0
@@ -63,7 +64,7 @@ def _named(labelled: Labelling | Recording, model: SubjectModel | None) -> tuple
 
 
 def _has_pose(poses: Poses) -> np.ndarray:
-    return np.asarray(np.isfinite(poses.translations).all(-1))
+    return is_seen(poses.translations)
 
 
 def _joins(model: SubjectModel, poses: Poses) -> Float[np.ndarray, "frames segments 3"]:

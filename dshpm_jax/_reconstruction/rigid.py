@@ -8,6 +8,7 @@ from jaxtyping import Float
 
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._model_building.shapes import weighted_fit
+from dshpm_jax._trajectories import is_seen
 from dshpm_jax._types import MIN_FIT_POINTS
 
 MIN_PLANE_SPREAD_MM = 5.0
@@ -57,7 +58,7 @@ def rigid_poses(model: SubjectModel, points: Float[np.ndarray, "frames markers 3
 
 def _robust_fit(shape: np.ndarray, points: np.ndarray, soft: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     rotation, translation = np.full((len(points), 3, 3), np.nan), np.full((len(points), 3), np.nan)
-    enough = np.flatnonzero(np.isfinite(points).all(-1).sum(1) >= MIN_FIT_POINTS)
+    enough = np.flatnonzero(is_seen(points).sum(1) >= MIN_FIT_POINTS)
     here = points[enough]
     weight = np.broadcast_to(1 / soft**2, here.shape[:2])
     turn, shift, spread = weighted_fit(shape, here, weight)

@@ -11,7 +11,7 @@ from scipy.spatial.distance import cdist
 
 from dshpm_jax._hierarchy import Segment, depth_first
 from dshpm_jax._labelling import Labelling
-from dshpm_jax._trajectories import by_marker
+from dshpm_jax._trajectories import by_marker, is_seen
 from dshpm_jax._types import NO_MATCH
 from dshpm_jax.report._looks import COLOURS, shortest_tree, upward
 
@@ -94,7 +94,7 @@ def _panes(labelling: Labelling, frames: Sequence[int]) -> list[Pane]:
     found = []
     for t in frames:
         markers = by_marker(points[t], identities[t], labelling.model.num_markers)
-        others = (identities[t] == NO_MATCH) & np.isfinite(points[t]).all(-1)
+        others = (identities[t] == NO_MATCH) & is_seen(points[t])
         found.append(Pane(t, markers, points[t, others]))
     return found
 

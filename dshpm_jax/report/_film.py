@@ -9,7 +9,7 @@ from jaxtyping import Float, Int
 
 from dshpm_jax._hierarchy import Segment, depth_first
 from dshpm_jax._recording import Recording
-from dshpm_jax._trajectories import from_columns
+from dshpm_jax._trajectories import from_columns, is_seen
 from dshpm_jax._types import NO_MATCH
 from dshpm_jax.io import ReadError
 from dshpm_jax.report._looks import shortest_tree
@@ -133,7 +133,7 @@ def _links(points: Float[np.ndarray, "frames markers 3"], parts: Sequence[Part])
 
 def _distances(points: Float[np.ndarray, "frames n 3"]) -> tuple[Float[np.ndarray, "n n"], Float[np.ndarray, "n n"]]:
     """Mean and spread of all distances (mm), infinite for pairs never seen together."""
-    both = np.asarray(np.isfinite(points).all(-1))
+    both = is_seen(points)
     count = both.T.astype(float) @ both
     mean, square = np.zeros(count.shape), np.zeros(count.shape)
     for frame in np.where(both[..., None], points, np.nan):

@@ -4,8 +4,9 @@ import base64
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 
+from dshpm_jax._trajectories import is_seen
 from dshpm_jax.report._film import Film
 from dshpm_jax.report._looks import COLOURS, upward
 
@@ -23,7 +24,7 @@ def player_data(film: Film, name: str) -> dict[str, Any]:
     turn = _up_last(figure)
     points, figure = film.points[:, :, turn], figure[:, :, turn]
     camera = _camera(figure, film.rate)
-    near = np.isfinite(figure).all(-1)
+    near = is_seen(figure)
     distance = np.linalg.norm(figure - camera[:, None], axis=-1)[near]
     encoded, step, centre = _packed(np.concatenate([points, camera[:, None]], axis=1))
     reasons = list(dict.fromkeys(span.reason for span in film.spans))
@@ -52,14 +53,14 @@ def player_data(film: Film, name: str) -> dict[str, Any]:
 
 def _up_last(figure: Float[np.ndarray, "frames markers 3"]) -> list[int]:
     """The order of the axes in which the one that points up comes last, none mirrored."""
-    clouds = [frame[_seen(frame)] for frame in figure[_spread(len(figure))]]
+    clouds = [frame[is_seen(frame)] for frame in figure[_spread(len(figure))]]
     up = int(np.argmax(upward([cloud for cloud in clouds if len(cloud)])))
     return [(up + 1) % 3, (up + 2) % 3, up]
 
 
 def _camera(figure: Float[np.ndarray, "frames markers 3"], rate: float) -> Float[np.ndarray, "frames 3"]:
     """The middle of the figure in every frame, smoothed, so that it follows no single marker."""
-    seen = _seen(figure)
+    seen = is_seen(figure)
     held = np.flatnonzero(seen.any(1))
     middle = np.stack([np.nanmedian(np.where(seen[held, :, None], figure[held], np.nan)[..., k], 1) for k in range(3)])
     everywhere = np.stack([np.interp(np.arange(len(figure)), held, axis) for axis in middle], axis=-1)
@@ -71,7 +72,7 @@ def _camera(figure: Float[np.ndarray, "frames markers 3"], rate: float) -> Float
 def _yaw(figure: Float[np.ndarray, "frames markers 3"], camera: Float[np.ndarray, "frames 3"]) -> float:
     """The turn about the vertical (radians) that shows the figure from its broad side, a little from aside."""
     frames = _spread(len(figure))
-    around = (figure - camera[:, None])[frames][_seen(figure[frames])][:, :2]
+    around = (figure - camera[:, None])[frames][is_seen(figure[frames])][:, :2]
     _, axes = np.linalg.eigh(around.T @ around)
     wide = axes[:, 1] * np.sign(axes[0, 1] or 1)
     return float(ASIDE - np.arctan2(wide[1], wide[0]))
@@ -82,17 +83,13 @@ def _packed(points: Float[np.ndarray, "frames columns 3"]) -> tuple[str, float, 
 
     Steps are no finer than `MIN_STEP`, and no coarser than `MAX_STEP`: a point further off is shown at the edge.
     """
-    seen = _seen(points)
+    seen = is_seen(points)
     places = points[seen]
     centre = np.median(places, axis=0)
     step = float(np.clip(np.abs(places - centre).max() / STEPS, MIN_STEP, MAX_STEP))
     steps = np.full(points.shape, MISSING, dtype="<i2")
     steps[seen] = np.clip(np.round((places - centre) / step), -STEPS, STEPS)
     return base64.b64encode(steps.tobytes()).decode(), step, centre.tolist()
-
-
-def _seen(points: Float[np.ndarray, "*n 3"]) -> Bool[np.ndarray, "*n"]:
-    return np.asarray(np.isfinite(points).all(-1))
 
 
 def _spread(frames: int) -> np.ndarray:
