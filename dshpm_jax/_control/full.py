@@ -1,5 +1,7 @@
 """The full method: evidence from many key-frames, one assignment for the recording, restarts judged without truth."""
 
+from dataclasses import replace
+
 import numpy as np
 from jaxtyping import Int
 
@@ -11,10 +13,14 @@ from dshpm_jax._control.several import tell_apart
 from dshpm_jax._control.turning import turn
 from dshpm_jax._control.voting import AGREED, DENSER, Votes
 from dshpm_jax._requests import Control
+from dshpm_jax._types import NO_MATCH
 
 STARTS = (1.0, 1.3, 2.0, 4.0)
 """So many times the usual number of key-frames are tried in turn as long as their votes are divided: where the model
 says little, as that of a static does, what they lead to is a matter of luck."""
+
+CONSENT = 0.75
+"""Of the best of several starts those labels stay that so many of them lead to; the others are as likely wrong."""
 
 COARSE = 0.3
 """Share of the key-frames that are asked first; most recordings need no more."""
@@ -44,17 +50,21 @@ much is missing, labels grow from few."""
 def full(scene: Scene) -> Control:
     """Labels a recording; returns the final `State` and the rigid fits that the key-frames took."""
     frames = sample_frames(scene)
-    best, fits = None, 0
+    best: State | None = None
+    fits, found = 0, []
     for scale in STARTS:
         votes = Votes.none(scene)
         state = yield from _led_by(scene, votes, scale, frames)
         fits += votes.fits
+        found.append(state.identity)
         if best is None or state.worth > best.worth:
             best = state
         del state
         if not votes.divided:
             break
-    return best, fits
+    assert best is not None
+    agreed = (np.stack(found) == best.identity).mean(0) >= CONSENT
+    return replace(best, identity=np.where(agreed, best.identity, NO_MATCH)), fits
 
 
 def _led_by(scene: Scene, votes: Votes, scale: float, frames: Int[np.ndarray, " frames"]) -> Control:

@@ -145,12 +145,37 @@ def test_posture_is_that_of_each_frame_alone(scene_and_truth, monkeypatch):
 
 
 def test_divided_votes_lead_to_more_starts(scene_and_truth, monkeypatch):
-    scene, _ = scene_and_truth
+    scene, truth = scene_and_truth
     state, fits = run(full(scene))
     monkeypatch.setattr(voting, "DIVIDED", 1.1)
     best, more_fits = run(full(scene))
     assert more_fits > 3 * fits and best.worth >= state.worth
-    assert not voting.Votes.none(scene).divided
+    kept = best.identity != NO_MATCH
+    assert (best.identity[kept] == truth[kept]).mean() > 0.99 and kept.mean() > 0.95 * (
+        state.identity != NO_MATCH
+    ).mean()
+
+
+def test_a_label_that_other_starts_do_not_lead_to_is_taken_back(scene_and_truth, monkeypatch):
+    scene, truth = scene_and_truth
+    frames = sample_frames(scene)
+    states = [run(settle(scene, truth, frames))] * 4
+    odd = np.flatnonzero(states[0].identity != NO_MATCH)[0]
+    for k in (1, 2):
+        other = states[k].identity.copy()
+        other[odd] = NO_MATCH
+        states[k] = replace(states[k], identity=other)
+    queue = iter(states)
+
+    def led_by(scene, votes, scale, frames):
+        votes.count[0, :2] = 1  # divided: two votes, and no label
+        return next(queue)
+        yield
+
+    monkeypatch.setattr("dshpm_jax._control.full._led_by", led_by)
+    found, _ = run(full(scene))
+    assert found.identity[odd] == NO_MATCH
+    np.testing.assert_array_equal(np.delete(found.identity, odd), np.delete(states[0].identity, odd))
 
 
 def test_a_segment_without_labels_is_poor_and_labelled_again(scene_and_truth):
