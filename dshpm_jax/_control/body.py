@@ -71,10 +71,11 @@ class Body:
         return mean.astype(np.float32), inverse.astype(np.float32), peak.astype(np.float32)
 
     @cached_property
-    def subjects(self) -> list[Int[np.ndarray, " markers"]]:
-        """The markers between which distances are known, directly or by way of others: those of each subject."""
+    def subjects(self) -> list[tuple[np.ndarray, ...]]:
+        """For each subject its markers, between which distances are known, and its part of each table of `pairs`."""
         _, group = connected_components(np.isfinite(self.model.pair_mean), directed=False)
-        return [np.flatnonzero(group == k) for k in range(group.max() + 1)]
+        markers = [np.flatnonzero(group == k) for k in range(group.max() + 1)]
+        return [(own, *(table[np.ix_(own, own)] for table in self.pairs)) for own in markers]
 
     @cached_property
     def symmetries(self) -> list[list[tuple[int, ...]]]:

@@ -159,13 +159,20 @@ def posture(scene: Scene, places: Float[np.ndarray, "frames markers 3"]) -> Floa
     `POSTURE_PAIRS`. A distance that does not fit says nothing: bodies take postures that no model has seen.
     """
     parts = [places[first : first + FRAMES_AT_ONCE] for first in range(0, len(places), FRAMES_AT_ONCE)]
-    total = [sum((_posture(scene, part, own) for own in scene.body.subjects), np.zeros(len(part))) for part in parts]
+    subjects = scene.body.subjects
+    total = [sum((_posture(part[:, own], *pairs) for own, *pairs in subjects), np.zeros(len(part))) for part in parts]
     return np.concatenate([np.zeros(0), *total]) * (0.5 * POSTURE_PAIRS / scene.body.partners)
 
 
-def _posture(scene: Scene, places: np.ndarray, own: Int[np.ndarray, " markers"]) -> Float[np.ndarray, " frames"]:
-    """The evidence in all distances between some markers, of frames whose tables of them fit into memory together."""
-    places = places[:, own]
+def _posture(
+    places: np.ndarray, mean: np.ndarray, inverse: np.ndarray, peak: np.ndarray
+) -> Float[np.ndarray, " frames"]:
+    """The evidence in all distances of a subject, in frames whose tables of them fit into memory together.
+
+    Arguments:
+        places: (frames, markers, 3), mm.
+        mean, inverse, peak: `Body.pairs` of the subject.
+    """
     there = np.asarray(np.isfinite(places[..., 0])).astype(np.float32)
     places = np.nan_to_num(places)
     middle = np.einsum("fmi,fm->fi", places, there) / np.maximum(there.sum(1), 1.0)[:, None]
@@ -173,7 +180,6 @@ def _posture(scene: Scene, places: np.ndarray, own: Int[np.ndarray, " markers"])
     square = (places**2).sum(-1)
     error = square[:, :, None] + square[:, None] - 2.0 * places @ places.transpose(0, 2, 1)
     np.sqrt(np.maximum(error, 0.0, out=error), out=error)
-    mean, inverse, peak = (table[np.ix_(own, own)] for table in scene.body.pairs)
     error -= mean
     error *= inverse
     error *= error

@@ -15,9 +15,9 @@ from dshpm_jax._control.voting import AGREED, DENSER, Votes
 from dshpm_jax._requests import Control
 from dshpm_jax._types import NO_MATCH
 
-STARTS = (1.0, 1.3, 2.0, 4.0)
-"""So many times the usual number of key-frames are tried in turn as long as their votes are divided: where the model
-says little, as that of a static does, what they lead to is a matter of luck."""
+MORE_STARTS = (1.3, 2.0, 4.0)
+"""So many times the usual number of key-frames are tried besides, in turn, as long as their votes are divided: where
+the model says little, as that of a static does, what they lead to is a matter of luck."""
 
 CONSENT = 0.75
 """Of the best of several starts those labels stay that so many of them lead to; the others are as likely wrong."""
@@ -49,20 +49,25 @@ much is missing, labels grow from few."""
 
 def full(scene: Scene) -> Control:
     """Labels a recording; returns the final `State` and the rigid fits that the key-frames took."""
-    frames = sample_frames(scene)
-    best: State | None = None
-    fits, found = 0, []
-    for scale in STARTS:
+    frames, votes = sample_frames(scene), Votes.none(scene)
+    state = yield from _led_by(scene, votes, 1.0, frames)
+    if votes.divided:
+        return (yield from _best_of_several(scene, state, votes.fits, frames))
+    return state, votes.fits
+
+
+def _best_of_several(scene: Scene, best: State, fits: int, frames: Int[np.ndarray, " frames"]) -> Control:
+    """The best `State` of `MORE_STARTS` and the first, without the labels that the others do not lead to; and fits."""
+    found = [best.identity]
+    for scale in MORE_STARTS:
         votes = Votes.none(scene)
         state = yield from _led_by(scene, votes, scale, frames)
         fits += votes.fits
         found.append(state.identity)
-        if best is None or state.worth > best.worth:
-            best = state
-        del state
+        best = max(best, state, key=lambda one: one.worth)
+        del state  # and its evidence, before the next
         if not votes.divided:
             break
-    assert best is not None
     agreed = (np.stack(found) == best.identity).mean(0) >= CONSENT
     return replace(best, identity=np.where(agreed, best.identity, NO_MATCH)), fits
 

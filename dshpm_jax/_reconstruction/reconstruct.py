@@ -35,7 +35,7 @@ def reconstruct(labelled: Labelling | Recording, model: SubjectModel | None = No
     recording, model = _named(labelled, model)
     points = marker_points(recording, model)
     poses = rigid_poses(model, points)
-    measured = _has_pose(poses)
+    measured = is_seen(poses.translations)
     way = interpolate(model.segments, poses, measured)
     fitted = np.zeros_like(measured)
     if not measured.all():
@@ -61,10 +61,6 @@ def _named(labelled: Labelling | Recording, model: SubjectModel | None) -> tuple
     if not set(labelled.labels) & set(model.markers):
         raise ValueError("none of its labels is in the model; give a labelled recording and the model of its subject")
     return labelled, model
-
-
-def _has_pose(poses: Poses) -> np.ndarray:
-    return is_seen(poses.translations)
 
 
 def _joins(model: SubjectModel, poses: Poses) -> Float[np.ndarray, "frames segments 3"]:
