@@ -54,3 +54,8 @@ def test_imports_never_go_upwards():
 def test_importing_the_package_leaves_jax_out():
     code = "import sys, dshpm_jax, dshpm_jax.io; sys.exit('jax' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code]).returncode == 0
+
+
+def test_labelling_starts_without_optimistix():
+    code = "import sys, dshpm_jax._label; sys.exit('jax' not in sys.modules or 'optimistix' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code]).returncode == 0

@@ -30,10 +30,7 @@ def fit(
     model_mean, data_mean = model.sum(1) / count, data.sum(1) / count
     model = np.where(seen[..., None], model - model_mean[:, None], 0)
     data = np.where(seen[..., None], data - data_mean[:, None], 0)
-    u, size, vt = np.linalg.svd(np.einsum("fmi,fmj->fij", data, model))
-    flip = np.ones((len(points), 3))
-    flip[:, 2] = np.sign(np.linalg.det(u @ vt))
-    rotation = np.einsum("fij,fj,fjk->fik", u, flip, vt)
+    rotation, size = _best_turns(np.einsum("fmi,fmj->fij", data, model))
     translation = data_mean - np.einsum("fij,fj->fi", rotation, model_mean)
     poor = (seen.sum(1) < MIN_FIT_POINTS) | (size[:, 1] < 1.0)  # mm^2: points in a line leave a turn about it open
     rotation[poor], translation[poor] = np.nan, np.nan
@@ -56,11 +53,18 @@ def weighted_fit(
     share = share / np.maximum(share.sum(1, keepdims=True), np.finfo(float).tiny)
     model_mean, data_mean = share @ shape, np.einsum("fm,fmi->fi", share, points)
     model, data = shape - model_mean[:, None], points - data_mean[:, None]
-    u, size, vt = np.linalg.svd(np.einsum("fm,fmi,fmj->fij", share, data, model))
-    flip = np.ones((len(points), 3))
-    flip[:, 2] = np.sign(np.linalg.det(u @ vt))
-    rotation = np.einsum("fij,fj,fjk->fik", u, flip, vt)
+    rotation, size = _best_turns(np.einsum("fm,fmi,fmj->fij", share, data, model))
     return rotation, data_mean - np.einsum("fij,fj->fi", rotation, model_mean), np.sqrt(size[:, 1])
+
+
+def _best_turns(
+    covariance: Float[np.ndarray, "frames 3 3"],
+) -> tuple[Float[np.ndarray, "frames 3 3"], Float[np.ndarray, "frames 3"]]:
+    """The rotations that take a model best to data, never reflections, and the singular values of their covariance."""
+    u, size, vt = np.linalg.svd(covariance)
+    flip = np.ones((len(covariance), 3))
+    flip[:, 2] = np.sign(np.linalg.det(u @ vt))
+    return np.einsum("fij,fj,fjk->fik", u, flip, vt), size
 
 
 def mean_shape(

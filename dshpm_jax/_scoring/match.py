@@ -4,7 +4,6 @@ import abc
 
 import equinox as eqx
 import jax.numpy as jnp
-import optimistix
 from jaxtyping import Array, Bool, Float
 
 
@@ -77,6 +76,8 @@ class RobustResidual(AbstractMatchScore):
     width: Float[Array, ""] = eqx.field(converter=jnp.asarray, default=0.3)
 
     def __call__(self, residuals, scale, matched):
+        import optimistix  # takes a fifth of a second, which who uses no such score need not wait
+
         relative = jnp.where(matched, residuals / scale, 0.0)
         one = jnp.ones((), relative.dtype)
 
