@@ -73,6 +73,7 @@ def rigid_fit(
     return RigidFit(*(jnp.moveaxis(x, -1, 0).reshape(*batch, *x.shape[:-1]) for x in fit))
 
 
+@jax.jit  # so that kernels which use it several times trace it once
 def rigid_fit_lanes(
     model: Float[Array, "markers 3 lanes"],
     data: Float[Array, "markers 3 lanes"],
