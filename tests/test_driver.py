@@ -5,8 +5,8 @@ import pytest
 import reference
 from matching_cases import make_request
 
-from dshpm_jax import _driver
-from dshpm_jax._driver import Driver, bucket
+from dshpm_jax._driver import Driver, driver
+from dshpm_jax._driver.buckets import bucket
 from dshpm_jax._requests import FitPoses, LifeEvidence, Segmentation, Together
 
 
@@ -115,8 +115,8 @@ def test_segmentation_keeps_what_moves_together():
 
 
 def test_controls_that_wait_for_the_same_request_are_answered_from_one_call(monkeypatch):
-    asked, answer = [], _driver._segment
-    monkeypatch.setattr(_driver, "_segment", lambda requests: asked.extend(requests) or answer(requests))
+    asked, answer = [], driver.segment
+    monkeypatch.setattr(driver, "segment", lambda requests: asked.extend(requests) or answer(requests))
     window = np.random.default_rng(5).uniform(0, 500, (11, 6, 3))
     shared, other = Segmentation(window, 400.0, 0.1), Segmentation(window + 1.0, 400.0, 0.1)
     found = run(ask(shared), ask(other), ask(shared))

@@ -7,7 +7,7 @@ import pytest
 from matching_cases import make_request
 from reference import NO_MATCH
 
-from dshpm_jax import _driver
+from dshpm_jax._driver.matching import pad
 from dshpm_jax._kernels import candidate_table as ct
 from dshpm_jax._kernels import matching
 from dshpm_jax._scoring import ToleranceScore
@@ -17,7 +17,7 @@ SCORE = ToleranceScore()
 
 def padded(requests):
     """What the driver hands to the kernel, as it is inside of it."""
-    return jax.tree.map(jnp.asarray, _driver._pad(requests))
+    return jax.tree.map(jnp.asarray, pad(requests))
 
 
 @pytest.mark.parametrize("survivors", [0, 1, 8, 9, 64])

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from matching_cases import make_request
 
-from dshpm_jax import _driver
+from dshpm_jax._driver.matching import pad
 from dshpm_jax._kernels import matching
 from dshpm_jax._kernels.candidate_table import MAX_CANDIDATES
 from dshpm_jax._scoring import MaxResidual, MeanResidual, RmsResidual, ToleranceScore
@@ -41,7 +41,7 @@ CROWDED = dict(markers=6, points=100, rivals=3)
 
 def match(requests, score=None):
     """What the kernel finds for each request, by place of the hypothesis in the request."""
-    problems, hypotheses = _driver._pad(requests)
+    problems, hypotheses = pad(requests)
     found = matching.match_segments(problems, hypotheses, ToleranceScore(), score or MeanResidual())
     rows = [np.asarray(field)[: int(found.num_tables)] for field in found[:6]]
     ends = np.cumsum([0] + [len(asked.pivot) for asked in requests])
