@@ -13,11 +13,11 @@ from dshpm_jax._kernels.candidate_table import (
     Hypotheses,
     PivotDistances,
     Problems,
-    end_of,
     order_candidates,
     pivot_distances,
     rank_tables,
 )
+from dshpm_jax._kernels.completion import complete
 from dshpm_jax._kernels.rigid_fit import rigid_fit_lanes, rotate_lanes
 from dshpm_jax._scoring import AbstractCandidateScore, AbstractMatchScore
 from dshpm_jax._types import MIN_FIT_POINTS, NO_MATCH
@@ -258,7 +258,7 @@ def _finish_chunk(problems: Problems, request, fitted: _Fitted, score: AbstractM
     there = assigned != NO_MATCH
     lost = ~there & is_marker & posed[None]
     wanted = lost & (problems.pinned[request].T == NO_MATCH)
-    completed = _complete(problems, request, predicted, assigned, wanted)
+    completed = complete(problems, request, predicted, assigned, wanted)
     there = completed != NO_MATCH
     data = _take(points, request, completed)
     error = _score(score, _fit(shape, data, there)[2], problems.scale[request].T, there)
@@ -276,52 +276,6 @@ def _finish_chunk(problems: Problems, request, fitted: _Fitted, score: AbstractM
 def _take(points: Float[Array, "3 requests points"], request, assigned) -> Float[Array, "columns 3 lanes"]:
     """Points of each column, lanes last."""
     return points[:, request[None], jnp.maximum(assigned, 0)].transpose(1, 0, 2)
-
-
-def _complete(problems: Problems, request, predicted, assigned, wanted):
-    """Nearest unclaimed point within reach of each lost marker, nearest pairs first; no point twice.
-
-    As many rounds as there are columns would always do; a hypothesis that lacks more than a few is lost anyway. A
-    round takes one point, so each column needs to know no more of its nearest points than there are rounds.
-    """
-    lists = _nearest(problems, request, predicted, assigned, wanted)
-
-    def complete(_, state):
-        distance, point, assigned = state
-        flat = distance.reshape(-1, len(request))  # by column, then by distance and index: the order of ties
-        best = jnp.argmin(flat, axis=0)[None]
-        found = jnp.take_along_axis(flat, best, axis=0) < jnp.inf
-        at_point = jnp.take_along_axis(point.reshape(flat.shape), best, axis=0)
-        here = (jnp.arange(len(assigned))[:, None] == best // COMPLETIONS) & found
-        gone = here[:, None] | ((point == at_point[None]) & found[None])
-        return jnp.where(gone, jnp.inf, distance), point, jnp.where(here, at_point, assigned)
-
-    return lax.fori_loop(0, COMPLETIONS, complete, (*lists, assigned))[2]
-
-
-def _nearest(problems: Problems, request, predicted, assigned, wanted):
-    """The `COMPLETIONS` nearest free points within reach of each wanted column: distances (infinite: none), points."""
-    points = problems.points.transpose(2, 0, 1)[:, request]
-    number = jnp.arange(points.shape[2], dtype=jnp.int32)[None]
-    columns = end_of(jnp.any(problems.is_column, axis=0))
-
-    def claim(column, unclaimed):
-        return unclaimed & (number != assigned[column][:, None])
-
-    unclaimed = lax.fori_loop(0, columns, claim, problems.free[request])
-    reach = problems.reach[request].T
-
-    def search(column, lists):
-        apart = jnp.sqrt(sum((predicted[column, k][:, None] - points[k]) ** 2 for k in range(3)))
-        near = unclaimed & (apart <= reach[column][:, None]) & wanted[column][:, None]
-        distance, point = lax.top_k(jnp.where(near, -apart, -jnp.inf), COMPLETIONS)
-        return tuple(x.at[column].set(y.T) for x, y in zip(lists, (-distance, point)))
-
-    size = (len(wanted), COMPLETIONS, len(request))
-    return lax.fori_loop(0, columns, search, (jnp.full(size, jnp.inf), jnp.zeros(size, jnp.int32)))
-
-
-COMPLETIONS = 4  # rounds of completion
 
 
 def _distance_error(problems: Problems, request, data, there):

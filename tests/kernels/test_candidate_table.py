@@ -10,6 +10,7 @@ from reference import NO_MATCH
 from dshpm_jax._driver.matching import pad
 from dshpm_jax._kernels import candidate_table as ct
 from dshpm_jax._kernels import matching
+from dshpm_jax._kernels.completion import COMPLETIONS, complete
 from dshpm_jax._scoring import ToleranceScore
 
 SCORE = ToleranceScore()
@@ -95,10 +96,10 @@ def test_completion_takes_the_nearest_pair_first_and_of_equal_ones_the_first():
     assigned = np.where(rng.random((8, lanes)) < 0.4, claimed, NO_MATCH).astype(np.int32)
     wanted = (assigned == NO_MATCH) & (rng.random((8, lanes)) < 0.9)
     request = jnp.zeros(lanes, jnp.int32)
-    found = np.asarray(jax.jit(matching._complete)(problems, request, predicted, assigned, wanted))
+    found = np.asarray(jax.jit(complete)(problems, request, predicted, assigned, wanted))
     for lane in range(lanes):
         distance = np.linalg.norm(predicted[:, None, :, lane] - points[None], axis=-1)
         near = (distance <= reach[:, None]) & wanted[:, lane][:, None] & free[None]
         near[:, assigned[:, lane][assigned[:, lane] != NO_MATCH]] = False
-        expected = greedy(np.where(near, distance, np.inf), assigned[:, lane], matching.COMPLETIONS)
+        expected = greedy(np.where(near, distance, np.inf), assigned[:, lane], COMPLETIONS)
         assert found[:, lane].tolist() == expected.tolist()

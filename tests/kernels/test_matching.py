@@ -8,6 +8,7 @@ from matching_cases import make_request
 from dshpm_jax._driver.matching import pad
 from dshpm_jax._kernels import matching
 from dshpm_jax._kernels.candidate_table import MAX_CANDIDATES
+from dshpm_jax._kernels.completion import COMPLETIONS
 from dshpm_jax._scoring import MaxResidual, MeanResidual, RmsResidual, ToleranceScore
 
 MARGIN = 5e-4  # mm, or of a ratio: what double precision decides by less, single precision may decide otherwise
@@ -55,7 +56,7 @@ def match(requests, score=None):
 
 def check(asked, answer, score=MeanResidual):
     """Compares one answer; returns how many hypotheses there were and how many had nothing to compare."""
-    expected, unsure = reference.match_segment(asked, MAX_CANDIDATES, matching.COMPLETIONS, SCORES[score])
+    expected, unsure = reference.match_segment(asked, MAX_CANDIDATES, COMPLETIONS, SCORES[score])
     hypothesis, assigned, matched, error, accepted, fits = answer
     assert set(hypothesis.tolist()) ^ expected.keys() <= unsure
     compared = 0
