@@ -119,11 +119,13 @@ def _say_what_is_due(jobs: Sequence[Job], order: Order) -> int:
             models = " and ".join(map(str, job.models))
             say(f"{job.source}: would be labelled with {models} into {order.out / job.target}; it {found.why}")
             num_due += 1
-        elif found.message:
+            continue
+        if found.message:
             complain(found.message)
-            num_wrong += 1
-        else:
+        if found.ok:
             say(f"{found.job.source}: up to date")
+        else:
+            num_wrong += 1
     say(f"{num_due} of {len(jobs)} recordings would be labelled")
     return 1 if num_wrong else 0
 

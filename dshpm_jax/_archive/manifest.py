@@ -20,8 +20,9 @@ SUMMARY_NAME = "summary.csv"
 
 _ABOUT_THE_RUN = ("seconds", "finished")
 _COLUMNS = (
-    *("input", "output", "outcome", "completeness", "confidence", "message", "frames", "points", "labelled_points"),
-    *("trajectories", "labelled_trajectories", "seconds", "finished", "models", "sha256", "model", "settings"),
+    *("input", "output", "outcome", "completeness", "confidence", "model_fit", "message", "frames", "points"),
+    *("labelled_points", "trajectories", "labelled_trajectories", "seconds", "finished"),
+    *("models", "sha256", "model", "settings"),
 )
 
 _log = logging.getLogger(__name__)

@@ -9,7 +9,7 @@ import numpy as np
 
 from dshpm_jax import io
 from dshpm_jax._archive.jobs import Job
-from dshpm_jax._labelling import Labelling
+from dshpm_jax._labelling import POOR_FIT, Labelling
 from dshpm_jax._settings import Settings
 from dshpm_jax._types import NO_MATCH
 
@@ -23,7 +23,7 @@ class Outcome:
     Attributes:
         outcome: LABELLED, PARTLY (fewer markers found than `Settings.completeness` asks for), KEPT (a file is there
             that is not overwritten) or FAILED.
-        message: one line that names the file, unless all is well.
+        message: one line that names the file, unless all is well; of a labelled file, that its model is doubtful.
         hashes: of the input, the model and the settings, as far as they are known.
         figures: of the result, if there is one.
         seconds: the file's share of the time that its batch took.
@@ -48,12 +48,14 @@ class Outcome:
 
 def judged(job: Job, settings: Settings, hashes: Mapping[str, str], figures: Mapping[str, Any], was_there=False):
     """The outcome of a job that has a result with `figures`."""
-    share = figures["completeness"]
-    if share >= settings.completeness:
-        return Outcome(job, LABELLED, "", hashes, figures, was_there=was_there)
+    share, fit = figures["completeness"], figures.get("model_fit")
     models = " and ".join(map(str, job.models))
-    message = f"{job.source}: only {share:.1%} of its markers found; check that {models} is right"
-    return Outcome(job, PARTLY, message, hashes, figures, was_there=was_there)
+    outcome, message = LABELLED, ""
+    if share < settings.completeness:
+        outcome, message = PARTLY, f"{job.source}: only {share:.1%} of its markers found; check that {models} is right"
+    elif fit is not None and fit < POOR_FIT:
+        message = f"{job.source}: its labels hold only {fit:.0%} of the usual evidence; check that {models} is right"
+    return Outcome(job, outcome, message, hashes, figures, was_there=was_there)
 
 
 def failed(job: Job, error: Exception, hashes: Mapping[str, str] | None = None) -> Outcome:
@@ -83,4 +85,5 @@ def figures_of(labelling: Labelling) -> dict[str, Any]:
         "labelled_trajectories": int(labelled.sum()),
         "completeness": round(points / max(1, recording.num_frames * labelling.model.num_markers), 4),
         "confidence": None if sure is None else round(sure, 4),
+        "model_fit": labelling.stats.get("model_fit"),
     }

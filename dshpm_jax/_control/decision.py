@@ -7,7 +7,7 @@ from dshpm_jax._control.assignment import margins
 from dshpm_jax._control.evidence import ACCEPT
 from dshpm_jax._control.scene import Scene
 from dshpm_jax._control.settling import State
-from dshpm_jax._labelling import Reason
+from dshpm_jax._labelling import POOR_FIT, Reason
 from dshpm_jax._types import NO_MATCH
 
 BASE, PER_NAT, PER_DECADE = 0.6, 0.75, 1.45
@@ -24,18 +24,24 @@ RESCALED = 0.86
 """Share of the labels that were right where the model was another subject's and rescaled, over nine pairs of people. A
 turned head or trunk fits a model that was made from its own labels, so the evidence does not tell them apart."""
 
+FITTED_BADLY = 0.83
+"""Share of the labels that were right, however certain each, in 17 labellings with a `model_fit` under `POOR_FIT`."""
+
 NEAR_TIE = 2.0
 """Nats within which a rival is named as the reason why a label is withheld."""
 
 
-def decide(scene: Scene, state: State) -> tuple[np.ndarray, np.ndarray, tuple[Reason, ...]]:
+def decide(scene: Scene, state: State, ceiling: float = 1.0) -> tuple[np.ndarray, np.ndarray, tuple[Reason, ...]]:
     """Identity, confidence and reason of each trajectory.
 
     The confidence is the probability that the label is right, or that none is. Labels less likely than
     `Settings.min_confidence` are withheld.
+
+    Arguments:
+        ceiling: no label is surer than this; see `ceiling_of`.
     """
     named = state.identity != NO_MATCH
-    chance = _chance(scene, state)
+    chance = np.minimum(_chance(scene, state), ceiling)
     best = state.evidence.max(1)
     none = _logistic(ACCEPT - best)
     withheld = named & (chance < scene.settings.min_confidence)
@@ -46,6 +52,11 @@ def decide(scene: Scene, state: State) -> tuple[np.ndarray, np.ndarray, tuple[Re
     identity = np.where(withheld, NO_MATCH, state.identity)
     confidence = np.where(withheld, 1.0 - chance, np.where(named, chance, none))
     return identity, confidence, tuple(map(Reason, reason))
+
+
+def ceiling_of(fit: float) -> float:
+    """How sure labels can be at most where the model fits so well, see `model_fit`."""
+    return FITTED_BADLY if fit < POOR_FIT else 1.0
 
 
 def alternatives(state: State, identity: Int[np.ndarray, " trajectories"]) -> Int[np.ndarray, "trajectories 2"]:

@@ -4,12 +4,13 @@ import numpy as np
 from jaxtyping import Int
 
 from dshpm_jax._control.assignment import assign_labels
-from dshpm_jax._control.decision import decide
+from dshpm_jax._control.decision import ceiling_of, decide
 from dshpm_jax._control.evidence import sample_frames
 from dshpm_jax._control.full import full
 from dshpm_jax._control.resolving import resolve
 from dshpm_jax._control.scene import Scene
-from dshpm_jax._control.settling import State, improve, settle
+from dshpm_jax._control.settling import State, improve, model_fit, settle
+from dshpm_jax._labelling import Reason
 from dshpm_jax._requests import Control
 from dshpm_jax._types import NO_MATCH
 
@@ -25,7 +26,8 @@ def follow(scene: Scene, given: Int[np.ndarray, "frames columns"]) -> Control:
     """
     start = carried_on(scene, given)
     if (start == NO_MATCH).all():
-        return decide(scene, (yield from full(scene))[0])
+        state, _ = yield from full(scene)
+        return _decided(scene, state)
     frames = sample_frames(scene)
     state = yield from settle(scene, start, frames)
     state = yield from improve(scene, state, frames)
@@ -33,7 +35,11 @@ def follow(scene: Scene, given: Int[np.ndarray, "frames columns"]) -> Control:
     if _share(scene, state) < LOST:
         anew, _ = yield from full(scene)
         state = max(state, anew, key=lambda s: s.worth)
-    return decide(scene, state)
+    return _decided(scene, state)
+
+
+def _decided(scene: Scene, state: State) -> tuple[np.ndarray, np.ndarray, tuple[Reason, ...]]:
+    return decide(scene, state, ceiling_of(model_fit(scene, state)))
 
 
 def carried_on(scene: Scene, given: np.ndarray) -> Int[np.ndarray, " trajectories"]:

@@ -4,12 +4,13 @@ from typing import Any
 
 import numpy as np
 
-from dshpm_jax._control.decision import alternatives, decide
+from dshpm_jax._control.decision import alternatives, ceiling_of, decide
 from dshpm_jax._control.dividing import divide
 from dshpm_jax._control.dynamic import identify, key_frame
 from dshpm_jax._control.full import full
 from dshpm_jax._control.propagation import propagate
 from dshpm_jax._control.scene import Known, Scene
+from dshpm_jax._control.settling import model_fit
 from dshpm_jax._labelling import Reason
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._requests import Control, Together
@@ -35,8 +36,9 @@ def _full(scene: Scene) -> Control:
         )
     state, fits = yield from full(scene)
     scene, state = yield from divide(scene, state)
-    identity, confidence, reason = decide(scene, state)
-    figures = {"svd_count": fits + scene.evidence_fits}
+    fit = model_fit(scene, state)
+    identity, confidence, reason = decide(scene, state, ceiling_of(fit))
+    figures = {"svd_count": fits + scene.evidence_fits, "model_fit": round(fit, 4)}
     return scene.trajectories, identity, confidence, reason, figures, alternatives(state, identity)
 
 

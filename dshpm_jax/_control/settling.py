@@ -73,6 +73,17 @@ def usual_gain(scene: Scene) -> Float[np.ndarray, " markers"]:
     return np.maximum(scene.body.usual_evidence - ACCEPT, 1.0)
 
 
+def model_fit(scene: Scene, state: State) -> float:
+    """The evidence that the labels hold against what right ones usually do: about 1 where the model is the subject's.
+
+    Markers without a point count for nothing; where more than half of them are missing, what is left still holds less,
+    as it has fewer neighbours. 0 without any label.
+    """
+    gain = np.maximum(gain_in_frames(scene, state), 0.0)
+    given = state.frames.named[state.frames.named != NO_MATCH]
+    return float(gain.sum() / usual_gain(scene)[given].sum()) if len(given) else 0.0
+
+
 def settle(
     scene: Scene,
     identity: np.ndarray,

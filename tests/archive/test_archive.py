@@ -6,6 +6,7 @@ import itertools
 import json
 import os
 import sys
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -175,6 +176,23 @@ def test_a_stricter_threshold_judges_anew_and_labels_nothing(archive, tmp_path, 
     outcome = run(archive, out, settings=Settings(completeness=1.0))["bob/run.c3d"]
     assert outcome.was_there and outcome.outcome == PARTLY and "% of its markers" in outcome.message
     assert rows_of(out)["bob/run.c3d"]["outcome"] == PARTLY
+
+
+@pytest.mark.parametrize(("fit", "doubtful"), [(0.7949, True), (0.8, False), (None, False)])
+def test_a_model_that_fits_badly_is_said_and_harms_nothing(archive, tmp_path, labeller, monkeypatch, fit, doubtful):
+    def label_many(recordings, models, settings):
+        for recording, model in zip(recordings, models, strict=True):
+            labelling = make_labelling(recording, list(model.markers))
+            yield replace(labelling, stats={"svd_count": 12} | ({} if fit is None else {"model_fit": fit}))
+
+    monkeypatch.setitem(sys.modules, "dshpm_jax._label", SimpleNamespace(label_many=label_many))
+    for was_there in (False, True):
+        outcome = run(archive, tmp_path / "out")["bob/run.c3d"]
+        assert (outcome.was_there, outcome.outcome) == (was_there, LABELLED)
+        assert ("only 79% of the usual evidence" in outcome.message) == doubtful == bool(outcome.message)
+    with (tmp_path / "out" / "summary.csv").open() as file:
+        row = next(row for row in csv.DictReader(file) if row["output"] == "bob/run.c3d")
+    assert row["model_fit"] == ("" if fit is None else str(fit)) and bool(row["message"]) == doubtful
 
 
 @pytest.mark.parametrize("force", [False, True])

@@ -8,13 +8,14 @@ from takes import model, shares, take
 
 from dshpm_jax import Reason, Settings, label_many
 from dshpm_jax._control import voting
-from dshpm_jax._control.decision import alternatives, decide
+from dshpm_jax._control.decision import FITTED_BADLY, alternatives, ceiling_of, decide
 from dshpm_jax._control.evidence import fewer_frames, frame_evidence, labels_in, posture, sample_frames
 from dshpm_jax._control.full import full
 from dshpm_jax._control.resolving import poor_frames, resolve
 from dshpm_jax._control.scene import Scene
-from dshpm_jax._control.settling import State, improve, settle
+from dshpm_jax._control.settling import State, improve, model_fit, settle
 from dshpm_jax._driver import Driver
+from dshpm_jax._labelling import POOR_FIT
 from dshpm_jax._pretracking import pretrack
 from dshpm_jax._trajectories import from_columns
 from dshpm_jax._types import NO_MATCH
@@ -93,6 +94,36 @@ def test_what_is_given_out_is_right_and_the_rest_has_a_reason(scene_and_truth):
     assert fits > 0 and (identity[given] == truth[given]).all()
     assert ((0 <= confidence) & (confidence <= 1)).all()
     assert all((r is Reason.MATCHED) == g for r, g in zip(reason, given))
+
+
+def test_another_body_fits_worse_whatever_is_missing(scene_and_truth):
+    scene, truth = scene_and_truth
+    frames = sample_frames(scene)
+    other = Scene(scene.trajectories, scene.model.scaled(1.2), scene.settings)
+    fewer = np.where(np.arange(len(truth)) % 4 == 0, NO_MATCH, truth)
+    own, lacking, odd, empty = (
+        model_fit(where, run(settle_as(where, labels, frames)))
+        for where, labels in ((scene, truth), (scene, fewer), (other, truth), (scene, np.full(len(truth), NO_MATCH)))
+    )
+    assert own > 1.1 * POOR_FIT and lacking > POOR_FIT and odd < POOR_FIT and empty == 0.0
+
+
+def settle_as(scene, labels, frames):
+    """The state of just these labels."""
+    found = yield from frame_evidence(scene, frames, labels_in(scene, labels, frames))
+    return State.of(scene, labels, frames, found)
+
+
+def test_no_label_of_a_doubtful_model_is_certain(scene_and_truth):
+    scene, truth = scene_and_truth
+    assert ceiling_of(POOR_FIT) == 1.0 and scene.settings.min_confidence < FITTED_BADLY
+    state = run(settle(scene, truth, sample_frames(scene)))
+    identity, confidence, _ = decide(scene, state)
+    same, less, _ = decide(scene, state, ceiling_of(0.99 * POOR_FIT))
+    np.testing.assert_array_equal(same, identity)
+    named = identity != NO_MATCH
+    np.testing.assert_array_equal(less[named], np.minimum(confidence[named], FITTED_BADLY))
+    np.testing.assert_array_equal(less[~named], confidence[~named])
 
 
 @pytest.mark.parametrize(("least", "none_left"), [(0.0, False), (1.0, True)])
