@@ -14,9 +14,10 @@ from dshpm_jax._trajectories import Trajectories, by_marker
 from dshpm_jax._types import NO_MATCH
 
 POOR_FIT = 0.8
-"""With less of the evidence that right labels usually hold (`Labelling.stats["model_fit"]`) the model is doubtful: of 107
-labellings of public recordings with a model of the subject, 102 held .82 or more, and five less, by the static alone of
-somebody who then climbs or sprints; of 15 with the model of another subject or of markers placed anew, 13 held less."""
+"""With less of the evidence that right labels usually hold (`Labelling.stats["model_fit"]`) the model is doubtful: of
+107 labellings of public recordings with a model of the subject, 102 held .82 or more, and five less, by the static
+alone of somebody who then climbs or sprints; of 15 with the model of another subject or of markers placed anew, 13 held
+less."""
 
 
 class Reason(StrEnum):
