@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from dshpm_jax._recording import Recording
-from dshpm_jax._trajectories import from_columns
+from dshpm_jax._trajectories import from_columns, is_seen
 from dshpm_jax._types import NO_MATCH
 
 LONGEST_SECONDS = 1.0  # of a gap and of a ghost: the paper's 60 frames at 60 Hz
@@ -71,18 +71,20 @@ def add_ghosts(
     """
     _check_fraction(fraction, np.inf)
     quota = round(fraction * recording.num_frames * int(recording.labelled.sum()))
+    if not quota:
+        return recording
     ghosts: list[np.ndarray] = []
     longest = _longest(recording, longest_seconds)
+    whole = _box(recording.points)
     while quota > 0:
         length = min(int(rng.integers(1, longest + 1)), quota)
         start = int(rng.integers(0, recording.num_frames - length + 1))
-        first, last = (_place(recording, t if near else None, rng) for t in (start, start + length - 1))
+        ends = (start, start + length - 1)
+        first, last = (rng.uniform(*(_box(recording.points[t], whole) if near else whole)) for t in ends)
         ghost = np.full((recording.num_frames, 3), np.nan)
         ghost[start : start + length] = first + np.linspace(0, 1, length)[:, None] * (last - first)
         ghosts.append(ghost)
         quota -= length
-    if not ghosts:
-        return recording
     names = tuple(f"*{k}" for k in range(1, len(ghosts) + 1))
     points = np.concatenate([recording.points, np.stack(ghosts, axis=1)], axis=1)
     return Recording(points, recording.labels + names, recording.rate, recording.unit)
@@ -139,12 +141,16 @@ def _shuffle(recording: Recording, identity, rng: np.random.Generator):
     return points, np.where(np.take_along_axis(present, order, axis=1), identity[order], NO_MATCH)
 
 
-def _place(recording: Recording, frame: int | None, rng: np.random.Generator) -> Float[np.ndarray, "3"]:
-    """A random place in the box about the points of `frame`, or of all frames (mm)."""
-    seen = recording.points[recording.present] if frame is None else recording.points[frame, recording.present[frame]]
-    if not len(seen):
-        return _place(recording, None, rng)
-    return rng.uniform(seen.min(0), seen.max(0))
+def _box(
+    points: Float[np.ndarray, "*frames points 3"], otherwise: tuple[np.ndarray, np.ndarray] | None = None
+) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
+    """Two corners of the box about the points seen, or `otherwise` where there are none (mm)."""
+    seen = points[is_seen(points)]
+    if len(seen):
+        return seen.min(0), seen.max(0)
+    if otherwise is None:
+        raise ValueError("no point is seen in any frame; ghosts have no place to be")
+    return otherwise
 
 
 def _longest(recording: Recording, seconds: float) -> int:

@@ -1,5 +1,7 @@
 """Gaps, ghosts, noise and lost names: as much as was asked for, and a truth that fits."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -57,6 +59,20 @@ def test_ghosts_are_as_many_as_asked(clean, rng, fraction, near):
     if fraction:
         low, high = clean.points.min((0, 1)), clean.points.max((0, 1))
         assert np.nanmin(ghosts - low) >= -1e-9 and np.nanmax(ghosts - high) <= 1e-9
+
+
+def test_where_nothing_is_seen_there_is_no_place_for_ghosts(clean, rng):
+    empty = replace(clean, points=np.full_like(clean.points, np.nan))
+    assert add_ghosts(empty, 0.0, rng) is empty
+    with pytest.raises(ValueError, match="no point is seen"):
+        add_ghosts(empty, 0.1, rng)
+
+
+def test_near_ghosts_of_an_empty_frame_are_in_the_box_of_the_take(clean, rng):
+    points = clean.points.copy()
+    points[1:] = np.nan
+    ghosts = add_ghosts(replace(clean, points=points), 0.5, rng, near=True).points[:, clean.points.shape[1] :]
+    assert np.isfinite(ghosts[1:]).any() and np.nanmin(ghosts - points[0].min(0)) >= -1e-9
 
 
 def test_ghosts_go_straight(clean, rng):
