@@ -36,9 +36,9 @@ def _full(scene: Scene) -> Control:
         )
     state, fits = yield from full(scene)
     scene, state = yield from divide(scene, state)
-    fit = model_fit(scene, state)
+    fit = round(model_fit(scene, state), 4)  # as it is told, so that line and confidences agree
     identity, confidence, reason = decide(scene, state, ceiling_of(fit))
-    figures = {"svd_count": fits + scene.evidence_fits, "model_fit": round(fit, 4)}
+    figures = {"svd_count": fits + scene.evidence_fits, "model_fit": fit}
     return scene.trajectories, identity, confidence, reason, figures, alternatives(state, identity)
 
 
