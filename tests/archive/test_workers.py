@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from making import make_model, make_recording
 from planted_faults import CRASHES, EATS_MEMORY, RAISES, PlantedFaults
+from running import MARKERS
 
 from dshpm_jax import io
 from dshpm_jax._archive import FAILED, LABELLED, Order, UsageError, find_jobs, label_archive
@@ -17,8 +18,6 @@ from dshpm_jax._archive.flight import label_on
 from dshpm_jax._archive.workers import MOST_STILLBORN, Nursery, local_workers, workers_of
 
 MEMORY = 600 << 20  # bytes; a worker without jax takes a fifth of it
-
-MARKERS = ["LASI", "RASI", "SACR"]
 
 
 @contextmanager

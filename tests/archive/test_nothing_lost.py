@@ -1,0 +1,130 @@
+"""What somebody has is never overwritten, and what cannot be written is said."""
+
+from pathlib import Path
+
+import pytest
+from making import make_recording
+from running import contents, rows_of, run
+
+from dshpm_jax import io
+from dshpm_jax._archive import FAILED, KEPT, Order, UsageError, find_jobs, label_archive
+
+
+@pytest.mark.parametrize("force", [False, True])
+def test_a_result_that_somebody_edited_stays(archive, tmp_path, labeller, force):
+    out = tmp_path / "out"
+    run(archive, out)
+    edited = out / "bob" / "run.c3d"
+    io.write_c3d(make_recording(7), edited)
+    before = edited.read_bytes()
+    assert force or run(archive, out)["bob/run.c3d"].was_there  # nothing changed that it depends on
+    io.write_c3d(make_recording(30, seed=9), archive / "bob" / "run.c3d")
+    outcome = run(archive, out, force=force)["bob/run.c3d"]
+    assert outcome.outcome == KEPT and "changed by somebody" in outcome.message
+    assert edited.read_bytes() == before
+
+
+def test_a_file_that_somebody_puts_there_meanwhile_stays(archive, tmp_path, labeller, monkeypatch):
+    target, write = tmp_path / "out" / "bob" / "run.c3d", io.write_labelled
+
+    def slowly(labelling, path):
+        write(labelling, path)
+        if path.name == "run.c3d":
+            target.write_bytes(b"somebody's only copy")
+
+    monkeypatch.setattr(io, "write_labelled", slowly)
+    assert run(archive, tmp_path / "out")["bob/run.c3d"].outcome == KEPT
+    assert target.read_bytes() == b"somebody's only copy" and len(list(target.parent.iterdir())) == 1
+
+
+def test_a_recording_that_changes_meanwhile(archive, tmp_path, labeller, monkeypatch):
+    write = io.write_labelled
+
+    def slowly(labelling, path):
+        write(labelling, path)
+        with labelling.recording.source.open("ab") as file:
+            file.write(b"more")
+
+    monkeypatch.setattr(io, "write_labelled", slowly)
+    outcome = run(archive / "bob", tmp_path / "out")["run.c3d"]
+    assert outcome.outcome == FAILED and "run.c3d: changed while it was labelled" in outcome.message
+    assert not (tmp_path / "out" / "run.c3d").exists() and not (tmp_path / "out" / "run.labels.json").exists()
+
+
+def test_files_that_are_not_ours_stay(archive, tmp_path, labeller):
+    out = tmp_path / "out"
+    (out / "bob").mkdir(parents=True)
+    (out / "bob" / "run.c3d").write_bytes(b"somebody's only copy")
+    outcome = run(archive, out, force=True)["bob/run.c3d"]
+    assert outcome.outcome == KEPT and "not overwritten" in outcome.message
+    assert (out / "bob" / "run.c3d").read_bytes() == b"somebody's only copy"
+
+
+def test_originals_are_never_overwritten(archive, tmp_path):
+    with pytest.raises(UsageError, match="is an input"):
+        find_jobs([archive], (), archive)
+    with pytest.raises(UsageError, match="would overwrite an input"):
+        find_jobs([archive / "bob" / "run.c3d"], (), archive / "bob")
+    with pytest.raises(UsageError, match="is a file"):
+        find_jobs([archive], (), archive / "bob" / "run.c3d")
+
+
+def test_a_result_that_cannot_be_written(archive, tmp_path, labeller, monkeypatch):
+    def refuse(labelling, path):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(io, "write_labelled", refuse)
+    outcomes = run(archive, tmp_path / "out")
+    assert "No space left" in outcomes["bob/run.c3d"].message
+    assert sorted(contents(tmp_path / "out")) == ["manifest.jsonl", "report.html", "summary.csv"]
+
+
+def test_a_full_disk_leaves_what_was_there(archive, tmp_path, labeller, monkeypatch):
+    out = tmp_path / "out"
+    run(archive, out)
+    before = contents(out)
+
+    def refuse(self, chunks):
+        raise OSError(28, "No space left on device", str(self))
+
+    monkeypatch.setattr("dshpm_jax.io._c3d_format.write_whole", refuse)
+    outcomes = run(archive, out, force=True)
+    assert all("No space left" in o.message for name, o in outcomes.items() if name != "eve/jump.c3d")
+    unlike = {"manifest.jsonl", "report.html", "summary.csv"}
+    assert contents(out).keys() == before.keys()
+    assert all(before[name] == content for name, content in contents(out).items() if name not in unlike)
+
+
+def test_rows_that_cannot_be_appended_are_written_at_the_end(archive, tmp_path, labeller, monkeypatch):
+    out = tmp_path / "out"
+    outcomes = label_archive(find_jobs([archive], (), out), Order(out))
+    first = next(outcomes)
+    opened = Path.open
+
+    def full(self, mode="r", *more, **named):
+        if self.name == "manifest.jsonl" and mode == "a":
+            raise OSError(28, "No space left on device")
+        return opened(self, mode, *more, **named)
+
+    monkeypatch.setattr(Path, "open", full)
+    assert len([first, *outcomes]) == len(rows_of(out)) == 4
+
+
+def test_a_manifest_that_cannot_be_written_is_said_at_the_end(archive, tmp_path, labeller, monkeypatch):
+    def full(path, chunks):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("dshpm_jax._archive.manifest.write_whole", full)
+    with pytest.raises(io.WriteError, match="no manifest can be written .No space left on device"):
+        run(archive, tmp_path / "out")
+    assert (tmp_path / "out" / "bob" / "run.c3d").exists()
+
+
+def test_a_page_that_cannot_be_made_is_said_at_the_end(archive, tmp_path, labeller, monkeypatch):
+    def broken(out, rows):
+        raise KeyError("rate")
+
+    monkeypatch.setattr("dshpm_jax._archive.run.write_run_page", broken)
+    with pytest.raises(io.WriteError, match="no page can be made .KeyError: 'rate'"):
+        run(archive, tmp_path / "out")
+    assert len(rows_of(tmp_path / "out")) == 4
