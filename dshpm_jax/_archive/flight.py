@@ -1,4 +1,5 @@
-"""Batches in flight: sent to workers, one each; what a dead worker leaves behind goes on file by file."""
+"""Batches in flight: sent to workers, one each; what a dead worker leaves behind goes on file by file, and what dies
+once more goes last and alone, as the worker may have been given something else besides that killed it."""
 
 import dataclasses
 import itertools
@@ -17,7 +18,6 @@ from dshpm_jax._archive.workers import Connect, Workers
 if TYPE_CHECKING:
     from distributed import Future
 
-WORKERS_KILLED = 2  # by a file, before it is set aside
 LOOK_SECONDS = 2  # between two looks at who is there, while nothing happens
 
 _log = logging.getLogger(__name__)
@@ -43,7 +43,8 @@ class _Flight:
         self._order = dataclasses.replace(order, out=order.out.absolute())
         self._flying: dict[Future, list[Job]] = {}
         self._again: deque[list[Job]] = deque()
-        self._killed: Counter[Job] = Counter()
+        self._suspects: deque[list[Job]] = deque()
+        self._killed: Counter[Job] = Counter()  # workers, by a file that flew in a batch of its own
 
     def run(self, steps: Iterator[Step]) -> Iterator[Outcome]:
         from distributed import wait
@@ -65,13 +66,22 @@ class _Flight:
         """Sends batches until each worker has one; more would only be lost with a worker that dies."""
         room = max(1, self._workers.how_many())
         while len(self._flying) < room:
-            step = self._again.popleft() if self._again else next(steps, None)
+            step = self._following(steps)
             if step is None:
                 return
             if isinstance(step, Outcome):
                 yield step
             else:
                 self._send(step)
+
+    def _following(self, steps: Iterator[Step]) -> Step | None:
+        """What is to be done next; `None` while there is nothing, or what is left has to fly alone."""
+        if self._again:
+            return self._again.popleft()
+        step = next(steps, None)
+        if step is None and self._suspects and not self._flying:
+            return self._suspects.popleft()
+        return step
 
     def _send(self, batch: list[Job]) -> None:
         jobs = [_absolute(job) for job in batch]
@@ -98,14 +108,18 @@ class _Flight:
         _log.debug("%d workers died over %s", workers, ", ".join(str(job.source) for job in batch))
         standing = Standing(self._order.out, self._order.settings, self._order.force)
         for job in batch:
-            found = standing.of(job)
-            self._killed[job] += workers if len(batch) == 1 else 0
+            found, suspected = standing.of(job), job in self._killed
             if isinstance(found, Outcome):  # it was done before the worker died
                 yield found
-            elif self._killed[job] >= WORKERS_KILLED:
+                continue
+            if len(batch) > 1:
+                self._again.append([job])
+                continue
+            self._killed[job] += workers
+            if suspected:  # so it flew alone
                 yield Outcome(job, FAILED, self._blame(job))
             else:
-                self._again.append([job])
+                self._suspects.append([job])
 
     def _blame(self, job: Job) -> str:
         memory = self._workers.memory

@@ -15,7 +15,7 @@ from running import MARKERS
 from dshpm_jax import io
 from dshpm_jax._archive import FAILED, LABELLED, Order, UsageError, find_jobs, label_archive
 from dshpm_jax._archive.flight import label_on
-from dshpm_jax._archive.workers import MOST_STILLBORN, Nursery, local_workers, workers_of
+from dshpm_jax._archive.workers import MOST_STILLBORN, Nursery, Workers, local_workers, workers_of
 
 MEMORY = 600 << 20  # bytes; a worker without jax takes a fifth of it
 
@@ -60,6 +60,16 @@ def test_deaths_cost_no_other_file(archive, tmp_path):
     labelled = [name for name, o in outcomes.items() if o.outcome == LABELLED]
     assert sorted(labelled) == [f"{k}.c3d" for k in range(8)]
     assert all((tmp_path / "out" / name).exists() == (name in labelled) for name in outcomes)
+
+
+@pytest.mark.slow
+def test_who_waits_behind_a_file_that_kills_is_not_to_blame(archive, tmp_path, monkeypatch):
+    """A worker may be given several at a time, as where another has died and nobody has noticed."""
+    monkeypatch.setattr(Workers, "how_many", lambda _: 5)
+    for name in ("00.c3d", "01.c3d"):
+        io.write_c3d(make_recording(20, rate=CRASHES), archive / name)
+    outcomes = run(archive, tmp_path / "out", partial(planted, 1))
+    assert sorted(name for name, o in outcomes.items() if o.outcome == FAILED) == ["00.c3d", "01.c3d"]
 
 
 def test_processes_that_die_while_they_start_are_started_again():
