@@ -39,10 +39,11 @@ def _make_target(model: SubjectModel, s: int, settings: Settings, learnt: np.nda
         scale = np.full(len(ids), max(settings.quality_ratio * ratio * edge, settings.measurement_noise))
         reach = np.full(len(ids), max(ratio * edge, settings.measurement_noise))
     else:
-        mean = model.pair_mean[np.ix_(ids, ids)]
+        mean, tolerance = model.pair_mean[np.ix_(ids, ids)], learnt[np.ix_(ids, ids)]
+        # Markers that were never seen together, as they were worn on different days, are where the shape has them.
+        tolerance = np.where(np.isfinite(mean), tolerance, np.maximum(ratio * distance, settings.tolerance_floor))
         distance = np.where(np.isfinite(mean), mean, distance)
         np.fill_diagonal(distance, 0.0)
-        tolerance = learnt[np.ix_(ids, ids)]
         scale = _off_diagonal_mean(tolerance)
         reach = 1.5 * scale
     return Target(s, ids, segment.shape, distance, tolerance, scale, reach, quantity(segment, settings))
