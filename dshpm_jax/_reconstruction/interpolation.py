@@ -25,10 +25,13 @@ class Between(NamedTuple):
     gap: Float[np.ndarray, "frames segments"]
 
 
-def interpolate(segments: tuple[Segment, ...], poses: Poses, given: Bool[np.ndarray, "frames segments"]) -> Between:
+def interpolate(
+    segments: tuple[Segment, ...], poses: Poses, given: Bool[np.ndarray, "frames segments"], bridged: float
+) -> Between:
     """Poses in all frames, parents first, each turned evenly relative to its parent from one given pose to the next.
 
-    A segment with a joint stays in it. The root, and what hangs from a parent without any pose, is taken in the world.
+    A segment with a joint stays in it. The root, and what hangs from a parent without any pose, is taken in the world;
+    so is a gap of up to `bridged` frames where the parent itself is in a longer one: where it then is nobody knows.
     """
     rotations, translations = (np.where(np.isfinite(x), x, np.nan) for x in poses)
     whole = Poses(rotations, translations)
@@ -46,8 +49,13 @@ def interpolate(segments: tuple[Segment, ...], poses: Poses, given: Bool[np.ndar
         distance[:, s] = np.where(inside, np.minimum(frame - before, after - frame), np.abs(frame - before))
         gap[:, s] = np.where(inside, after - before, np.where(given[:, s], 0, np.inf))
         share = (frame - before) / np.maximum(after - before, 1) * inside
-        free = ~given[:, s]
+        parent, free = segments[s].parent, ~given[:, s]
         turned, moved = _from_to(segments[s], whole, s, before[free], after[free], share[free], free)
+        if parent != NO_PARENT:
+            lost = ~given[:, parent] & (gap[:, parent] > bridged)
+            alone = ((lost | lost[before] | lost[after]) & (gap[:, s] <= bridged))[free]
+            ends = before[free][alone], after[free][alone], share[free][alone]
+            turned[alone], moved[alone] = _in_the_world(whole, s, *ends)
         rotations[free, s], translations[free, s] = turned, moved
     return Between(whole, distance, gap)
 
@@ -57,9 +65,7 @@ def _from_to(segment: Segment, whole: Poses, s: int, before, after, share, free)
     rotations, translations = whole
     parent = segment.parent
     if parent == NO_PARENT or not np.isfinite(translations[:, parent]).all():
-        turned = _slerp(rotations[before, s], rotations[after, s], share)
-        moved = translations[before, s] + share[:, None] * (translations[after, s] - translations[before, s])
-        return turned, moved
+        return _in_the_world(whole, s, before, after, share)
     base, origin = rotations[:, parent], translations[:, parent]
     relative = np.einsum("fji,fjk->fik", base, rotations[:, s])
     turned = base[free] @ _slerp(relative[before], relative[after], share)
@@ -69,6 +75,13 @@ def _from_to(segment: Segment, whole: Poses, s: int, before, after, share, free)
     local = np.einsum("fji,fj->fi", base, translations[:, s] - origin)
     between = local[before] + share[:, None] * (local[after] - local[before])
     return turned, origin[free] + np.einsum("fij,fj->fi", base[free], between)
+
+
+def _in_the_world(whole: Poses, s: int, before, after, share) -> tuple[np.ndarray, np.ndarray]:
+    """Poses of a segment `share` of the way from frame `before` to frame `after`, whatever its parent does."""
+    rotations, translations = whole.rotations[:, s], whole.translations[:, s]
+    moved = translations[before] + share[:, None] * (translations[after] - translations[before])
+    return _slerp(rotations[before], rotations[after], share), moved
 
 
 def _slerp(start: np.ndarray, end: np.ndarray, share: np.ndarray) -> np.ndarray:

@@ -35,15 +35,15 @@ def reconstruct(labelled: Labelling | Recording, model: SubjectModel | None = No
     recording, model = _named(labelled, model)
     points = marker_points(recording, model)
     poses = rigid_poses(model, points)
-    measured = is_seen(poses.translations)
-    way = interpolate(model.segments, poses, measured)
+    measured, longest = is_seen(poses.translations), BRIDGED_SECONDS * recording.rate
+    way = interpolate(model.segments, poses, measured, longest)
     fitted = np.zeros_like(measured)
     if not measured.all():
         from dshpm_jax._reconstruction.articulated import fit_articulated  # needs jax, which whole recordings do not
 
         poses, fitted = fit_articulated(model, points, measured, way, recording.rate)
-        way = interpolate(model.segments, poses, measured | fitted)
-    bridged = ~measured & ~fitted & (way.gap <= BRIDGED_SECONDS * recording.rate)
+        way = interpolate(model.segments, poses, measured | fitted, longest)
+    bridged = ~measured & ~fitted & (way.gap <= longest)
     found = np.select([measured, fitted, bridged], [Found.MEASURED, Found.ARTICULATED, Found.INTERPOLATED], Found.NONE)
     for whole in way.poses:
         whole[found == Found.NONE] = np.nan
