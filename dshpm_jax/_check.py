@@ -1,7 +1,7 @@
 """`check`: audits the labels that a recording has against the model of its subject."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -51,13 +51,14 @@ def check(
         findings in the order of columns and frames.
 
     Raises:
-        ValueError: the model knows none of the labels.
+        ValueError: the model knows none of the labels, or has no neighbourhoods.
     """
     seen = np.flatnonzero(recording.present.any(0))
     if not {recording.labels[column] for column in seen} & set(model.markers):
         raise ValueError("none of its labels is in the model; give a labelled recording and the model of its subject")
     driver = Driver() if driver is None else driver
-    doubts: list[Doubt] = next(driver.run([audit(recording, model, Settings() if settings is None else settings)]))
+    settings = replace(Settings() if settings is None else settings, method="full")
+    doubts: list[Doubt] = next(driver.run([audit(recording, model, settings)]))
     return [_finding(doubt, recording, model) for doubt in doubts]
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
+from dshpm_jax._control.body import body_of
 from dshpm_jax._control.following import follow
 from dshpm_jax._control.scene import Scene
 from dshpm_jax._driver import Driver
@@ -58,7 +59,8 @@ class Labeller:
         driver: as for `label`.
 
     Raises:
-        ValueError: the method is another, the model is to be rescaled, or the delay is under ten frames.
+        ValueError: the method is another, the model is to be rescaled or has no neighbourhoods, or the delay is under
+            ten frames.
     """
 
     def __init__(
@@ -77,6 +79,7 @@ class Labeller:
         self._step = round(delay_seconds * rate / 2)
         if self._step < 5:
             raise ValueError(f"a delay of {delay_seconds} s is under ten frames at {rate} Hz; give a longer one")
+        _ = body_of(model, self._settings).neighbourhoods  # so that a model without any is refused now
         self._model, self._rate = model, rate
         self._driver = Driver() if driver is None else driver
         self._keep = round(WINDOW * delay_seconds * rate)

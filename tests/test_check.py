@@ -82,3 +82,8 @@ def test_known_errors_of_a_real_recording(data):
 def test_importing_check_alone_leaves_jax_out():
     code = "import sys, dshpm_jax; 'check' in dir(dshpm_jax); sys.exit('jax' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code]).returncode == 0
+
+
+def test_a_model_that_cannot_judge_is_refused():
+    with pytest.raises(ValueError, match="no neighbourhoods"):
+        check(SOUND, replace(model(), neighbourhoods=()))

@@ -1,5 +1,7 @@
 """Labels while the capture runs: the same as afterwards, whatever the blocks, and not later than promised."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from takes import model, take
@@ -76,3 +78,8 @@ def test_wrong_orders_are_refused(arguments, message):
 def test_points_of_another_shape_are_refused():
     with pytest.raises(ValueError, match="shape"):
         Labeller(model(), RATE).push(np.zeros((3, 2)))
+
+
+def test_a_model_that_cannot_judge_is_refused():
+    with pytest.raises(ValueError, match="no neighbourhoods"):
+        Labeller(replace(model(), neighbourhoods=()), RATE)

@@ -150,6 +150,14 @@ def _overlaps(members: np.ndarray, start: np.ndarray, stop: np.ndarray) -> list[
     return [members[together] for together in alive[maximal]]
 
 
+def any_overlap(identity: Int[np.ndarray, " trajectories"], start: np.ndarray, stop: np.ndarray) -> bool:
+    """Whether two trajectories with one label share a frame."""
+    named = np.flatnonzero(identity != NO_MATCH)
+    named = named[np.lexsort((start[named], identity[named]))]
+    same = identity[named[1:]] == identity[named[:-1]]
+    return bool((same & (start[named[1:]] < stop[named[:-1]])).any())
+
+
 def margins(
     identity: Int[np.ndarray, " trajectories"],
     evidence: Float[np.ndarray, "trajectories markers"],

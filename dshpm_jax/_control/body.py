@@ -9,14 +9,17 @@ from scipy.sparse.csgraph import connected_components
 
 from dshpm_jax._control.counterparts import turns
 from dshpm_jax._control.targets import make_targets, symmetries
+from dshpm_jax._kernels.life_evidence import MIN_DISTANCES, MIRROR, UNKNOWN
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._model_building import as_arrays
 from dshpm_jax._requests import Target
 from dshpm_jax._settings import Settings
+from dshpm_jax._types import MIN_FIT_POINTS, NO_MATCH
 
 PAIR_NOISE = 5.0  # mm, least deviation of a distance between two recordings
 PAIR_RANGE = 700.0  # mm, a distance would be anything within it if the labels meant nothing
 USUAL_LOSS = 5.2  # nats, by the shape of the t distribution
+USUAL_LOSS_OF_DISTANCE = 1.8  # of its one-dimensional form, for each distance
 KEPT = 64  # bodies in memory, each some hundred kilobytes
 
 
@@ -50,7 +53,16 @@ class Body:
 
     @cached_property
     def neighbourhoods(self) -> tuple[np.ndarray, ...]:
-        """The model's neighbourhoods as padded arrays."""
+        """The model's neighbourhoods as padded arrays.
+
+        Raises:
+            ValueError: the model has none.
+        """
+        if not self.model.neighbourhoods:
+            raise ValueError(
+                "the model has no neighbourhoods, which the method 'full' judges by; make it again with 'dshpm-jax "
+                "model' or take the method 'paper'"
+            )
         return as_arrays(self.model.neighbourhoods)
 
     @cached_property
@@ -91,10 +103,15 @@ class Body:
     def usual_evidence(self) -> Float[np.ndarray, " markers"]:
         """The evidence that a right label has on average (nats), by the spread of its marker's neighbourhood.
 
-        The mean of the log ratio that `life_evidence` gives when the errors are distributed as it assumes.
+        The mean of the log ratio that `life_evidence` gives when the errors are distributed as it assumes; where the
+        marker has too few neighbours for a pose, by its distances.
         """
-        spread = self.neighbourhoods[-1]
-        return 3.0 * np.log(np.sqrt(3.0) * PAIR_RANGE / spread) - USUAL_LOSS
+        ids, _, _, softness, spread = self.neighbourhoods
+        of_pose = 3.0 * np.log(np.sqrt(3.0) * PAIR_RANGE / spread) - USUAL_LOSS
+        known = ids != NO_MATCH
+        of_each = np.where(known, np.log(PAIR_RANGE / softness) - USUAL_LOSS_OF_DISTANCE, 0.0)
+        of_distances, count = of_each.sum(1) - MIRROR, known.sum(1)
+        return np.select([count >= MIN_FIT_POINTS, count >= MIN_DISTANCES], [of_pose, of_distances], UNKNOWN)
 
     @cached_property
     def partners(self) -> float:

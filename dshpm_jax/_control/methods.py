@@ -29,11 +29,6 @@ def label_control(trajectories: Trajectories, model: SubjectModel, settings: Set
 
 
 def _full(scene: Scene) -> Control:
-    if not scene.model.neighbourhoods:
-        raise ValueError(
-            "the model has no neighbourhoods, which the method 'full' judges by; make it again with 'dshpm-jax model' "
-            "or take the method 'paper'"
-        )
     state, fits = yield from full(scene)
     scene, state = yield from divide(scene, state)
     fit = round(model_fit(scene, state), 4)  # as it is told, so that line and confidences agree

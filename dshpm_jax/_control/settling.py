@@ -1,12 +1,12 @@
 """From first labels to ones that hold: judged over whole lives and assigned in turn, then bettered by moves."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float, Int
 
-from dshpm_jax._control.assignment import assign_labels, margins
+from dshpm_jax._control.assignment import any_overlap, assign_labels, margins
 from dshpm_jax._control.evidence import (
     ACCEPT,
     FrameEvidence,
@@ -91,13 +91,18 @@ def settle(
     before: FrameEvidence | None = None,
     schedule: tuple[float, ...] = (0.0,),
 ) -> Control:
-    """Judges and assigns in turn until nothing changes; returns the best `State` on the way."""
-    best = None
+    """Judges and assigns in turn until nothing changes; returns the best `State` on the way.
+
+    `identity` may give one label to trajectories that share a frame; what that would be worth is no measure.
+    """
+    best, overlapping = None, any_overlap(identity, scene.trajectories.start, scene.trajectories.stop)
     for margin in schedule:
         since = 0
         for _ in range(MAX_ROUNDS):
             found: FrameEvidence = yield from frame_evidence(scene, frames, labels_in(scene, identity, frames), before)
             state, before = State.of(scene, identity, frames, found), found
+            if overlapping:  # but what follows is assigned without any
+                state, overlapping = replace(state, worth=-np.inf), False
             if best is None or state.worth > best.worth:
                 best, since = state, 0
             else:

@@ -4,10 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from takes import model, shares, take
 
-from dshpm_jax import Reason, Settings, label_many
+from dshpm_jax import Reason, Recording, Settings, SubjectModel, label_many
 from dshpm_jax._control import voting
+from dshpm_jax._control.assignment import any_overlap
 from dshpm_jax._control.decision import FITTED_BADLY, alternatives, ceiling_of, decide
 from dshpm_jax._control.evidence import fewer_frames, frame_evidence, labels_in, posture, sample_frames
 from dshpm_jax._control.full import full
@@ -255,3 +257,32 @@ def test_a_segment_whose_markers_are_merely_hidden_is_not_looked_for(scene_and_t
     frames = sample_frames(scene)
     state = run(settle(bare, np.where(hidden, NO_MATCH, truth), frames))
     assert segment not in poor_frames(bare, state, frames)
+
+
+def test_no_label_stays_on_two_points_of_a_frame(scene_and_truth):
+    """Even where labels to start from say so, as exchanges for a while may: both would count, and so win."""
+    scene, truth = scene_and_truth
+    t, twice = scene.trajectories, np.array(truth)
+    longest = np.argsort(t.start - t.stop, kind="stable")
+    first, second = longest[np.isin(truth[longest], scene.targets[0].markers)][:2]
+    twice[second] = truth[first]
+    assert any_overlap(twice, t.start, t.stop) and not any_overlap(truth, t.start, t.stop)
+    state = run(settle(scene, twice, sample_frames(scene)))
+    assert not any_overlap(state.identity, t.start, t.stop) and np.isfinite(state.worth)
+
+
+def test_a_rigid_triangle_fits_its_own_model():
+    """No marker has three neighbours, so what a right label usually holds is that of distances."""
+    corners = np.array([[0.0, 0, 0], [150, 0, 0], [0, 240, 0]])
+    takes = [tumbling(corners, seed) for seed in (1, 2)]
+    wand = SubjectModel.from_recordings(takes[:1], {"wand": list("ABC")})
+    (labelling,) = label_many([replace(takes[1], labels=("*1", "*2", "*3"))], [wand], Settings(min_confidence=0.95))
+    assert (labelling.identity[np.argsort(labelling.trajectories.slot)] == [0, 1, 2]).all()
+    assert labelling.stats["model_fit"] > POOR_FIT
+
+
+def tumbling(corners: np.ndarray, seed: int) -> Recording:
+    rng, time = np.random.default_rng(seed), np.arange(120) / 60
+    turned = Rotation.from_rotvec(np.stack([np.sin(time * k + rng.uniform(0, 6)) for k in (1.1, 0.7, 0.5)], 1))
+    points = np.einsum("fij,mj->fmi", turned.as_matrix(), corners) + 300 * np.sin(time)[:, None, None] + 1000
+    return Recording(points + rng.normal(0, 0.3, points.shape), tuple("ABC"), 60.0)
