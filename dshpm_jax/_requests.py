@@ -65,7 +65,8 @@ class SegmentMatches:
         error: the match score (Eq. 4); from 1 on the match is not good enough.
         accepted: whether Eqs. 4 and 5 hold.
         fits: rigid fits that the hypothesis took (section 5.2.3).
-        truncated: candidates that a column had beyond those kept, summed over all hypotheses.
+        truncated: candidates that a column had beyond those kept, summed over all hypotheses of the call that it came
+            from, those of other requests included.
     """
 
     assigned: Int[np.ndarray, "hypotheses columns"]

@@ -28,7 +28,6 @@ class Settings:
         quality_ratio: factor on the distortion ratio in Eq. 4 alone. Our reading: the mean residual of a rigid fit is
             well under the change of a pair distance that causes it.
         measurement_noise: floor of every distance tolerance; a relative tolerance vanishes for near markers.
-        min_plane_spread: a pose needs a second singular value of its points of at least this RMS.
         num_key_frames: key-frames from which "full" collects evidence; one for every 20 s of longer recordings.
         spread_factor: pair tolerance of "full" is the root of the sum of squares of this factor times the learnt
             spread, `tolerance_floor`, and `tolerance_ratio` times the distance.
@@ -51,7 +50,6 @@ class Settings:
     matching_quantity: float | None = None
     quality_ratio: float = 0.5
     measurement_noise: float = 4.0
-    min_plane_spread: float = 12.0
     # beyond the paper
     num_key_frames: int = 10
     spread_factor: float = 1.5
@@ -106,7 +104,6 @@ RANGES = {
     "matching_quantity": (0.1, 1),
     "quality_ratio": (0.01, 10),
     "measurement_noise": (0, 100),
-    "min_plane_spread": (0, 1000),
     "num_key_frames": (1, 1000),
     "spread_factor": (0, 10),
     "tolerance_floor": (0.1, 100),

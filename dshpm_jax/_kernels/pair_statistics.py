@@ -61,12 +61,13 @@ def segmentation_matrix(
     Arguments:
         window: positions in millimetres in the frames K + n delta, n = 0 to 10, of the paper; see `pair_statistics`.
         present: where they are seen.
-        max_extent: the largest distance within any segment not yet identified, in millimetres.
-        max_ratio: the largest distortion ratio of those segments.
+        max_extent: the largest distance within any segment, in millimetres.
+        max_ratio: the largest distortion ratio of any segment.
 
-    Our reading: the frames are those in which both points are seen, and with fewer than `MIN_PAIR_FRAMES` of them the
-    pair stays possible; so Eq. 1 rules it out only when Eq. 2 can be judged as well. Points that are in no frame of the
-    window pair with none, and no point pairs with itself.
+    Our reading: both are of all segments, also of those identified before, so that a frame has one matrix. The frames
+    are those in which both points are seen, and with fewer than `MIN_PAIR_FRAMES` of them the pair stays possible; so
+    Eq. 1 rules it out only when Eq. 2 can be judged as well. Points that are in no frame of the window pair with none,
+    and no point pairs with itself.
     """
     pairs = pair_statistics(window, present)
     near = pairs.largest < (1 + max_ratio) * max_extent
