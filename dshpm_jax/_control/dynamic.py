@@ -225,7 +225,10 @@ def _markers_of_others(scene: Scene, known: Known, segment: int) -> np.ndarray:
 
 
 def _drop_unconfirmed(scene: Scene, known: Known) -> None:
-    """Segments of under three markers stay only if a child or grandchild is identified (section 4.2.2)."""
+    """Segments of under three markers stay only if a child or grandchild is identified (section 4.2.2).
+
+    Our reading: or their parent, as else no last segment of a chain could stay.
+    """
     segments = scene.model.segments
     for segment in reversed(depth_first(segments)):
         if known.found[segment] and len(segments[segment].markers) < MIN_FIT_POINTS:
