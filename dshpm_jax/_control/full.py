@@ -43,8 +43,9 @@ STAGES = (improve, turn, resolve, improve, tell_apart)
 """What is done to the best start, each a control from a `State` to one that is worth no less."""
 
 PASSES = 3
-"""Times that the stages are gone through where labels hold less than `HELD`, for as long as that leads farther: where
-much is missing, labels grow from few."""
+"""Times that the stages are gone through at most: again where what comes after `turn` led farther, as a leg found may
+show that the other is where it should be; and for as long as anything does where labels hold less than `HELD`, as they
+grow from few where much is missing."""
 
 
 def full(scene: Scene) -> Control:
@@ -77,23 +78,25 @@ def _led_by(scene: Scene, votes: Votes, scale: float, frames: Int[np.ndarray, " 
     held = [(yield from _started(scene, votes, scale, frames))]
     for _ in range(PASSES):
         before = held[0].worth
-        yield from _through_stages(scene, held, frames)
-        if held[0].worth == before or _share_held(scene, held[0]) >= HELD:
+        turned = yield from _through_stages(scene, held, frames)
+        if held[0].worth == (turned if _share_held(scene, held[0]) >= HELD else before):
             break
     return held.pop()
 
 
 def _through_stages(scene: Scene, held: list[State], frames: Int[np.ndarray, " frames"]) -> Control:
-    """Replaces the one state in `held` by what all stages make of it.
+    """Replaces the one state in `held` by what all stages make of it; returns what it was worth once turned.
 
     It is popped, as a state that nobody holds any more frees its evidence, which is large in a long recording.
     """
-    improved = None
+    improved = turned = None
     for stage in STAGES:
         if stage is improve and held[0].worth == improved:
             continue  # nothing has changed since the moves were tried
         held.append((yield from stage(scene, held.pop(), frames)))
         improved = held[0].worth if stage is improve else improved
+        turned = held[0].worth if stage is turn else turned
+    return turned
 
 
 def _started(scene: Scene, votes: Votes, scale: float, frames: Int[np.ndarray, " frames"]) -> Control:

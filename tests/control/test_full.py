@@ -1,6 +1,7 @@
 """The full method's own parts: moves mend what single assignments cannot, doubtful labels are withheld."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -286,3 +287,28 @@ def tumbling(corners: np.ndarray, seed: int) -> Recording:
     turned = Rotation.from_rotvec(np.stack([np.sin(time * k + rng.uniform(0, 6)) for k in (1.1, 0.7, 0.5)], 1))
     points = np.einsum("fij,mj->fmi", turned.as_matrix(), corners) + 300 * np.sin(time)[:, None, None] + 1000
     return Recording(points + rng.normal(0, 0.3, points.shape), tuple("ABC"), 60.0)
+
+
+def test_what_resolving_found_may_turn_the_rest(scene_and_truth, monkeypatch):
+    """A leg that is found again can show that the other one carries its labels."""
+
+    def stage(step):
+        def control(scene, state, frames):
+            yield from ()
+            return SimpleNamespace(worth=step.get(state.worth, state.worth))
+
+        return control
+
+    improve, turned, resolve = stage({}), stage({2: 3}), stage({1: 2})
+    parts = {
+        "improve": improve,
+        "turn": turned,
+        "STAGES": (improve, turned, resolve, improve),
+        "_started": lambda *_: stage({})(None, SimpleNamespace(worth=1), None),
+        "_share_held": lambda *_: 1.0,
+        "Votes": SimpleNamespace(none=lambda _: SimpleNamespace(divided=False, fits=0)),
+    }
+    for name, part in parts.items():
+        monkeypatch.setattr(f"dshpm_jax._control.full.{name}", part)
+    state, _ = run(full(scene_and_truth[0]))
+    assert state.worth == 3
