@@ -116,8 +116,12 @@ def bare_labels(
     raise ReadError(path, f"two points have the label '{twice}'", "rename one of them or clear its label")
 
 
-def fresh_layout(recording: Recording) -> C3dFile:
-    """A C3D file in memory that holds `recording` alone, as floating point numbers in its own unit."""
+def fresh_layout(recording: Recording, first: int = 1) -> C3dFile:
+    """A C3D file in memory that holds `recording` alone, as floating point numbers in its own unit.
+
+    Arguments:
+        first: number of its first frame.
+    """
     frames, width = recording.points.shape[:2]
     records = np.zeros((frames, width, 4), "<f4")
     seen = recording.present
@@ -125,14 +129,15 @@ def fresh_layout(recording: Recording) -> C3dFile:
     records[..., 3] = np.where(seen, 0, -1)
     header = bytearray(512)
     header[1] = 0x50
-    header[6:10] = integers([1, min(frames, MAX_FRAMES_FIELD)], INTEL)
+    last = first + frames - 1
+    header[6:10] = integers([min(number, MAX_FRAMES_FIELD) for number in (first, last)], INTEL)
     header[12:16] = encode_floats([-1.0], INTEL)  # a negative scale says: floating point
     header[20:24] = encode_floats([recording.rate], INTEL)
     points = np.ascontiguousarray(records).view("V16").reshape(frames, width)
-    return C3dFile(bytes(header), INTEL, _fresh_groups(recording), points, np.zeros((frames, 0), np.uint8))
+    return C3dFile(bytes(header), INTEL, _fresh_groups(recording, first), points, np.zeros((frames, 0), np.uint8))
 
 
-def _fresh_groups(recording: Recording) -> list[Group]:
+def _fresh_groups(recording: Recording, first: int) -> list[Group]:
     frames, width = recording.points.shape[:2]
     point = [
         Parameter("USED", INT, (), integers([min(width, 0xFFFF)], INTEL)),
@@ -144,10 +149,10 @@ def _fresh_groups(recording: Recording) -> list[Group]:
         *text_parameters("UNITS", [recording.unit]),
         *text_parameters("LABELS", recording.labels),
     ]
-    last = integers([frames & 0xFFFF, frames >> 16], INTEL)
+    ends = {"START": first, "END": first + frames - 1}
     trial = [
-        Parameter("ACTUAL_START_FIELD", INT, (2,), integers([1, 0], INTEL)),
-        Parameter("ACTUAL_END_FIELD", INT, (2,), last),
+        Parameter(f"ACTUAL_{end}_FIELD", INT, (2,), integers([number & 0xFFFF, number >> 16], INTEL))
+        for end, number in ends.items()
     ]
     analog = [Parameter("USED", INT, (), integers([0], INTEL))]
     names = {"POINT": point, "ANALOG": analog, "TRIAL": trial}

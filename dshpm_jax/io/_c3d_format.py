@@ -199,6 +199,8 @@ def _count_frames(file: C3dFile, first: int, last: int, data: np.ndarray, frame_
     longest = int(max(longer))
     if MAX_FRAMES_FIELD < longest <= room:
         return longest
+    if counted is not None and 0 < counted < MAX_FRAMES_FIELD and counted == longer[1] and counted <= room:
+        return int(counted)  # a piece of a longer capture, whose last frame has a number beyond the header's 16 bits
     if last == MAX_FRAMES_FIELD or counted == MAX_FRAMES_FIELD:
         return _without_padding(data, frame_bytes, room, declared)
     if declared > room:

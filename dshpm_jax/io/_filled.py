@@ -9,12 +9,15 @@ from jaxtyping import Bool
 from dshpm_jax._recording import Recording
 from dshpm_jax.io._c3d_format import C3dFile, write_layout
 from dshpm_jax.io._c3d_parameters import byte_order, decode_floats, encode_floats
+from dshpm_jax.io._errors import WriteError
 from dshpm_jax.io._labelled import source_layout
 from dshpm_jax.io._units import MILLIMETRES
 
 MEASURED = 0x0101
 """One count of residual and one camera, for measured points of files that hold neither; in both bytes, as readers do
 not agree which of the two is the residual."""
+
+FARTHEST_COUNT = 32767  # of 16-bit coordinates, in units of the file's scale
 
 
 def write_filled(recording: Recording, mask: Bool[np.ndarray, "frames points"], path: str | Path) -> None:
@@ -30,7 +33,7 @@ def write_filled(recording: Recording, mask: Bool[np.ndarray, "frames points"], 
         path: the C3D file to write.
 
     Raises:
-        WriteError: the source file has other points now.
+        WriteError: the source file has other points now, or its numbers do not reach as far as a filled point.
     """
     points = np.where(mask[..., None], np.nan, recording.points)
     file, columns = source_layout(replace(recording, points=points))
@@ -40,6 +43,9 @@ def write_filled(recording: Recording, mask: Bool[np.ndarray, "frames points"], 
         _mark(records, file, ~mask & recording.present, columns)
     frame, column = np.nonzero(mask)
     places = recording.points[frame, column] / MILLIMETRES[recording.unit]
+    if file.points.dtype.itemsize == 8 and (np.abs(places) > FARTHEST_COUNT * file.scale).any():
+        remedy = "convert it to floating point, or leave its gaps open"
+        raise WriteError(Path(path), "a filled point is farther off than the recording's 16-bit numbers reach", remedy)
     records[frame, columns[column]] = _records(file, places)
     write_layout(replace(file, points=records), Path(path))
 

@@ -1,5 +1,6 @@
 """A labelling as a file: labels and the order of columns change, and nothing else."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,7 +14,8 @@ from dshpm_jax.io._atomic import write_whole
 from dshpm_jax.io._c3d import fresh_layout, raw_labels, recording_of
 from dshpm_jax.io._c3d_format import C3dFile, missing_record, read_layout, write_layout
 from dshpm_jax.io._c3d_parameters import INT, Parameter, integers, text_parameters, with_parameters
-from dshpm_jax.io._errors import WriteError
+from dshpm_jax.io._errors import ReadError, WriteError
+from dshpm_jax.io._frame_numbers import first_frame
 from dshpm_jax.io._text import TABLES, text_table
 from dshpm_jax.io._text_table import encoded, rearranged_lines, recording_of_table
 
@@ -36,6 +38,7 @@ def write_labelled(labelling: Labelling, path: str | Path) -> None:
     file, columns = source_layout(recording)
     found, left = _marker_columns(labelling, columns), _unlabelled_columns(labelling, columns)
     outputs = [c for c in range(file.points.shape[1]) if c not in set(columns)]
+    _check_apart(labelling.model.markers, [raw_labels(file)[c] for c in outputs], recording.source)
     source = np.concatenate([found, left, np.broadcast_to(outputs, (len(found), len(outputs)))], axis=1)
     write_layout(_rearranged(file, source.astype(int), _names(labelling, file, left.shape[1], outputs)), Path(path))
 
@@ -59,13 +62,28 @@ def _check_unchanged(now: Recording, recording: Recording, source: Path) -> None
         raise WriteError(source, "the file has other points than the recording that was labelled", remedy)
 
 
+def _check_apart(markers: Sequence[str], outputs: Sequence[str], source: Path | None) -> None:
+    both = sorted(set(markers) & set(outputs))
+    if source is not None and both:
+        remedy = "make the model without it"
+        raise WriteError(source, f"'{both[0]}' is a marker of the model and a model output of the file", remedy)
+
+
 def source_layout(recording: Recording) -> tuple[C3dFile, tuple[int, ...]]:
     """The file to take records from, and the column in it of each column of `recording`."""
     if recording.source is None or recording.source.suffix.lower() != ".c3d":
-        return fresh_layout(recording), tuple(range(recording.points.shape[1]))
+        return fresh_layout(recording, _first_number(recording.source)), tuple(range(recording.points.shape[1]))
     file = read_layout(recording.source)
     _check_unchanged(recording_of(file, recording.source, _ANY_NAME), recording, recording.source)
     return file, recording.columns
+
+
+def _first_number(source: Path | None) -> int:
+    """What the first frame is called in the file that a recording came from; C3D files count from 1."""
+    try:
+        return 1 if source is None else max(1, first_frame(source))
+    except ReadError:  # it is no longer there
+        return 1
 
 
 def _marker_columns(labelling: Labelling, columns: tuple[int, ...]) -> Int[np.ndarray, "frames markers"]:

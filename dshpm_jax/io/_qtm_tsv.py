@@ -57,15 +57,19 @@ def qtm_table(file: TextLines) -> QtmTable:
     header_at = begin if begin < len(file.lines) and _is_header(file.lines[begin]) else None
     begin += header_at is not None
     lead = _leading(file, header_at, begin, len(labels))
+    frames = _number(file, head, "NO_OF_FRAMES") if _value(file, head, "NO_OF_FRAMES") else None
+    end = max(begin, end_of_rows(file.lines))
+    if not lead and frames is not None and frames < len(file.lines):  # in the last ones nothing may have been seen
+        end = max(end, min(len(file.lines), begin + int(frames)))
     return QtmTable(
         file,
-        (begin, max(begin, end_of_rows(file.lines))),
+        (begin, end),
         "\t",
         tuple(labels),
         tuple(lead + 3 * k for k in range(len(labels))),
         _number(file, head, "FREQUENCY"),
         "mm",
-        _number(file, head, "NO_OF_FRAMES") if _value(file, head, "NO_OF_FRAMES") else None,
+        frames,
         lead > 0,
         names_at=head["MARKER_NAMES"],
         header_at=header_at,

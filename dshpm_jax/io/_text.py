@@ -12,7 +12,7 @@ from dshpm_jax.io._text_table import TextLines, TextTable, read_lines, recording
 from dshpm_jax.io._trc import trc_table
 from dshpm_jax.io._vicon_csv import is_vicon, vicon_table
 
-_FOREIGN = re.compile(rb"(?mi)^[\s\",;]*(trajectories|format version|MARKER_NAMES\b)")
+_FOREIGN = re.compile(rb"(?mi)^(?:\xef\xbb\xbf)?[\s\",;]*(trajectories|format version|MARKER_NAMES\b)")
 
 
 def read_text(path: Path, unlabelled: Sequence[str] = ()) -> Recording:

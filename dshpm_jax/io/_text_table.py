@@ -79,9 +79,13 @@ class TextTable(abc.ABC):
         """How many cells the head gives a row; more are none of this table's."""
 
     def frames(self) -> Iterator[tuple[int, list[str]]]:
-        """Number of the line (from 1) and cells of every row that is not empty."""
+        """Number of the line (from 1) and cells of every row that is not empty.
+
+        In rows without numbers cells that are all empty are a frame in which nothing was seen.
+        """
         for k in range(*self.rows):
-            if self.file.lines[k].strip(" \t,;"):
+            line = self.file.lines[k]
+            if line.strip(" \t,;") or (not self.numbered and self.delimiter in line):
                 yield k + 1, split(self.file.lines[k], self.delimiter)
 
     def first_frame(self) -> int:
@@ -165,6 +169,9 @@ def _positions(table: TextTable) -> Float[np.ndarray, "frames points 3"]:
     comma = table.delimiter == ";"  # where cells are parted by semicolons, numbers may have a comma
     rows = []
     for line, cells in table.frames():
+        if len(cells) < width and not table.delimiter:
+            wrong = f"line {line} has fewer numbers than its {len(table.labels)} labels need"
+            raise ReadError(table.file.path, wrong, "export it with tabs, which show where points are missing")
         if len(cells) < width:
             cells = cells + [""] * (width - len(cells))
         elif any(cells[most:]):

@@ -49,6 +49,9 @@ def trc_table(file: TextLines) -> TrcTable:
     begin = labels_at + 1
     while begin < len(lines) and (not lines[begin].strip() or _AXES_ROW.match(lines[begin])):
         begin += 1
+    if labels and header.get("nummarkers", "").isdecimal() and begin < len(lines):  # the last may have no names
+        places = min(int(header["nummarkers"]), (len(_cells(lines[begin])) - _LEAD) // 3)
+        labels += [""] * (places - len(labels))
     return TrcTable(
         file,
         (begin, max(begin, end_of_rows(lines))),

@@ -9,6 +9,7 @@ from urllib.parse import quote
 
 from dshpm_jax import io
 from dshpm_jax._labelling import Reason
+from dshpm_jax.report._page import is_page
 
 SURE = 0.9
 """Labels less sure than this are listed, with those withheld because two labels fit almost equally well."""
@@ -80,7 +81,7 @@ class RunSummary:
                 "confidence": _mean_confidence(tracks),
                 "suspects": len(suspects) if found else None,
                 "link": _link(out, result),
-                "page": _link(out, result.with_suffix(".html") if result else None),
+                "page": _link(out, _page_of(result) if result else None),
             }
         )
         self.suspects += [_suspect_row(number, track, found["rate"]) for track in suspects if found]
@@ -141,6 +142,12 @@ def _mean_confidence(tracks: Sequence[Mapping[str, Any]]) -> float | None:
 
 def _rounded(part: float, whole: float) -> float | None:
     return round(part / whole, 4) if whole else None
+
+
+def _page_of(result: Path) -> Path | None:
+    """The page that `view` made of a result, unless that was labelled again since."""
+    page = result.with_suffix(".html")
+    return page if is_page(page) and page.stat().st_mtime >= result.stat().st_mtime else None
 
 
 def _link(out: Path, file: Path | None) -> str | None:

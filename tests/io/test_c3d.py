@@ -259,3 +259,20 @@ def _made(folder):
 
 def test_one_frame_is_enough(tmp_path):
     assert io.read(by_ezc3d(tmp_path / "a.c3d", np.ones((1, 2, 3)), "AB")).num_frames == 1
+
+
+def test_a_piece_of_a_long_capture_ends_where_its_own_count_says(tmp_path):
+    """The number of its last frame is more than the header can say, and something else follows the frames."""
+    recording = make_recording(30)
+    file = fresh_layout(recording, 65_520)
+    file.tail = bytes(range(1, 201)) * 20
+    write_layout(file, tmp_path / "a.c3d")
+    assert io.read(tmp_path / "a.c3d").num_frames == 30 and io.first_frame(tmp_path / "a.c3d") == 65_520
+    assert ezc3d.c3d(str(tmp_path / "a.c3d"))["header"]["points"]["first_frame"] == 65_519
+
+
+def test_a_marker_that_the_file_calculates_itself_is_refused(tmp_path):
+    """The result would hold two columns of one name, both taken for model outputs."""
+    path = by_ezc3d(tmp_path / "a.c3d", np.ones((3, 3, 3)), ["LASI", "RASI", "LHJC"], MODELED_MARKERS=["LHJC"])
+    with pytest.raises(io.WriteError, match="'LHJC' is a marker of the model and a model output of the file"):
+        io.write_labelled(make_labelling(io.read(path), ["LASI", "LHJC"]), tmp_path / "b.c3d")

@@ -2,6 +2,7 @@
 
 import csv
 
+import ezc3d
 import numpy as np
 import pytest
 from making import make_labelling
@@ -239,3 +240,43 @@ def test_a_source_that_changed_is_refused(tmp_path):
     with pytest.raises(io.WriteError, match="other points"):
         io.write_labelled(labelling, tmp_path / "out.csv")
     assert not (tmp_path / "out.csv").exists()
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_a_mark_at_the_beginning_hides_no_recording(tmp_path, name):
+    path = tmp_path / name
+    path.write_bytes(b"\xef\xbb\xbf" + FILES[name].encode())
+    assert io.may_be_recording(path)
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_frames_keep_their_numbers_as_c3d(tmp_path, name):
+    io.write_labelled(make_labelling(io.read(saved(tmp_path, name)), ["LASI"]), tmp_path / "out.c3d")
+    found = ezc3d.c3d(str(tmp_path / "out.c3d"))
+    assert io.first_frame(tmp_path / "out.c3d") == 240 == found["header"]["points"]["first_frame"] + 1
+    assert io.read(tmp_path / "out.c3d").num_frames == 3 == found["data"]["points"].shape[2]
+
+
+def test_blanks_between_numbers_hide_no_gap(tmp_path):
+    rows = TRC.splitlines()
+    blank = [line if "\t\t\t" in line or k < 5 else line.replace("\t", " ") for k, line in enumerate(rows)]
+    whole = "\n".join([*blank[:6], rows[8].replace("\t", " ")]).replace("\t3\t3\tmm", "\t1\t3\tmm")
+    np.testing.assert_array_equal(io.read(saved(tmp_path, "a.trc", whole)).points, POINTS[2:])
+    gap = whole.replace("\t1\t3\tmm", "\t2\t3\tmm") + "\n" + rows[7].replace("\t", " ")
+    with pytest.raises(io.ReadError, match="has fewer numbers than its 3 labels need; export it with tabs"):
+        io.read(saved(tmp_path, "a.trc", gap))
+
+
+def test_a_last_point_of_a_trc_file_may_have_no_name(tmp_path):
+    recording = io.read(saved(tmp_path, "a.trc", TRC.replace("U_12", "")))
+    np.testing.assert_array_equal(recording.points, POINTS)
+    assert recording.labels == ("LASI", "RASI", "")
+
+
+def test_qtm_frames_in_which_nothing_was_seen_are_frames(tmp_path):
+    rows = without_lead().splitlines()
+    empty = "\t" * rows[-1].count("\t")
+    content = "\n".join([*rows[:-3], empty, *rows[-3:], empty]).replace("FRAMES\t3", "FRAMES\t5")
+    recording = io.read(saved(tmp_path, "a.tsv", content))
+    np.testing.assert_array_equal(recording.points[1:4], POINTS)
+    assert recording.num_frames == 5 and not recording.present[[0, 4]].any()

@@ -1,6 +1,7 @@
 """The page of a run says what manifest and sidecars say, whatever the names are."""
 
 import json
+import os
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from making import make_labelling, make_recording
 
 from dshpm_jax import Labelling, Recording, io
 from dshpm_jax._labelling import Reason
+from dshpm_jax.report._page import GENERATOR
 from dshpm_jax.report._run_page import PAGE_NAME, write_run_page
 
 EVIL = "</script><img src=x onerror=alert(1)>&'\""
@@ -117,8 +119,13 @@ def test_names_may_hold_anything(gapped, tmp_path):
 
 def test_it_links_to_pages_that_are_there(gapped, tmp_path):
     row = add_result(tmp_path, "ann/walk.c3d", labelling_of(gapped, ["A"], 1.0))
-    (tmp_path / "ann" / "walk.html").write_text("")
+    page = tmp_path / "ann" / "walk.html"
+    page.write_text(GENERATOR)
     assert data_of(page_of(tmp_path, [row]))["files"][0]["page"] == "ann/walk.html"
+    os.utime(page, (1, 1))  # the recording was labelled again since
+    assert data_of(page_of(tmp_path, [row]))["files"][0]["page"] is None
+    page.write_text("notes of somebody's own")
+    assert data_of(page_of(tmp_path, [row]))["files"][0]["page"] is None
 
 
 def test_same_run_same_page(gapped, tmp_path):
