@@ -26,11 +26,23 @@ class MotiveTable(TextTable):
 
     def head(self, names: Sequence[str], origins: Sequence[int | None], order: Sequence[int | None]) -> Iterator[str]:
         yield from self.file.lines[: self.kind_at]
+        renamed = self._beside_points(names, origins)
         for row in range(self.kind_at, self.axes_at + 1):
             old = split(self.file.lines[row], self.delimiter)
+            if row == self.name_at:
+                old = [renamed.get(c, cell) for c, cell in enumerate(old)]
             new = iter([cell for k, name in enumerate(names) for cell in self._over_point(row, old, name, origins[k])])
             cells = [(old[c] if c < len(old) else "") if c is not None else next(new) for c in order]
             yield join(cells, self.delimiter) if old else ""
+
+    def _beside_points(self, names: Sequence[str], origins: Sequence[int | None]) -> dict[int, str]:
+        """The names over other columns of points, such as sizes: those that their points have now, if they have one."""
+        rows = [split(line, self.delimiter) for line in self.file.lines[self.kind_at : self.axes_at - 1]]
+        above = list(zip(*([*row, *[""] * (self.file_width() - len(row))] for row in rows if any(row))))
+        now = dict(zip(origins, names))
+        named = {above[first]: now.get(point, "") for point, first in enumerate(self.columns)}
+        coordinates = {first + k for first in self.columns for k in range(3)}
+        return {c: named[key] for c, key in enumerate(above) if c not in coordinates and key in named}
 
     def _over_point(self, row: int, old: Sequence[str], name: str, origin: int | None) -> list[str]:
         """What stands over a point's three columns: its name, what every point has, or its own ID and parent."""

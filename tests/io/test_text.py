@@ -280,3 +280,16 @@ def test_qtm_frames_in_which_nothing_was_seen_are_frames(tmp_path):
     recording = io.read(saved(tmp_path, "a.tsv", content))
     np.testing.assert_array_equal(recording.points[1:4], POINTS)
     assert recording.num_frames == 5 and not recording.present[[0, 4]].any()
+
+
+def test_motive_sizes_go_by_the_name_that_their_marker_has_now(tmp_path):
+    rows = [row.split(",") for row in MOTIVE.splitlines()]
+    for row in rows[2:]:
+        row[8:8] = [row[7]] if len(row) > 8 and rows.index(row) < 7 else ["14.5"] if len(row) > 8 else []
+    rows[6][8] = "Size"
+    path = saved(tmp_path, "motive.csv", "\n".join(",".join(row) for row in rows) + "\n")
+    exchanged = make_labelling(io.read(path), ["RASI", "LASI"], names=["RASI", "LASI", "", "LASI"])
+    io.write_labelled(exchanged, tmp_path / "out.csv")
+    table = cells(tmp_path / "out.csv")
+    assert table[6][-1] == "Size" and table[3][-1] == "RASI" == table[3][5]
+    assert table[7][-1] == "14.5"
