@@ -14,6 +14,7 @@ from dshpm_jax._console import add_unlabelled, complain, say
 from dshpm_jax._experiments import command as experiments
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._recording import Recording
+from dshpm_jax.io._atomic import write_whole
 
 OK, FAILURES, WRONG_USAGE, INTERRUPTED = 0, 1, 2, 130
 
@@ -134,6 +135,8 @@ def _check(arguments: argparse.Namespace) -> int:
         raise UsageError(f"{arguments.model}: there is no such model; make one with 'dshpm-jax model'")
     if arguments.json and (arguments.json.suffix != ".json" or not arguments.json.parent.is_dir()):
         raise UsageError(f"{arguments.json}: no place for the findings; give a .json file in a folder that is there")
+    if arguments.json and not _may_be_findings(arguments.json):
+        raise UsageError(f"{arguments.json}: is there and holds no findings, not overwritten; give another file")
     cache_programs()
     from dshpm_jax._checking import check_files
 
@@ -146,8 +149,28 @@ def _check(arguments: argparse.Namespace) -> int:
         for line in found.lines:
             say(line)
     if arguments.json:
-        arguments.json.write_text(json.dumps(rows, indent=1) + "\n")
+        good &= _written(rows, arguments.json)
     return OK if good else FAILURES
+
+
+def _may_be_findings(path: Path) -> bool:
+    """Whether the findings may be written to `path`: nothing is there, or findings of an earlier run."""
+    if not path.exists():
+        return True
+    try:
+        rows = json.loads(path.read_bytes())
+    except (OSError, ValueError):
+        return False
+    return isinstance(rows, list) and all(isinstance(row, dict) and "should_be" in row for row in rows)
+
+
+def _written(rows: Sequence[object], path: Path) -> bool:
+    try:
+        write_whole(path, [(json.dumps(rows, indent=1) + "\n").encode()])
+    except OSError as error:
+        complain(f"{path}: cannot be written ({error.strerror}); give another file")
+        return False
+    return True
 
 
 if __name__ == "__main__":

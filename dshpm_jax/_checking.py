@@ -8,6 +8,7 @@ from typing import Any
 from dshpm_jax import io
 from dshpm_jax._check import Finding, check
 from dshpm_jax._driver import Driver
+from dshpm_jax._messages import one_line
 from dshpm_jax._recording import Recording
 
 SHOWN = 5  # labels that the model does not know, in the line about them
@@ -46,6 +47,8 @@ def check_files(paths: Sequence[Path], model_path: Path, unlabelled: Sequence[st
             yield Audit(False, troubles=[str(error)])
         except ValueError as error:
             yield Audit(False, troubles=[f"{path}: {error}"])
+        except Exception as error:  # memory, say; the other files are none the worse
+            yield Audit(False, troubles=[f"{path}: {type(error).__name__}: {one_line(str(error))}"])
 
 
 def _audit(path: Path, recording: Recording, findings: Sequence[Finding], markers: Sequence[str]) -> Audit:

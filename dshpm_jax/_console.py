@@ -7,10 +7,12 @@ from typing import Any, TextIO
 def say(text: object, stream: TextIO | None = None) -> None:
     """A line to standard output, or to `stream`."""
     stream = stream or sys.stdout
+    encoding = getattr(stream, "encoding", None) or "utf-8"  # names of files may be none that it can show
+    text = str(text).encode(encoding, "backslashreplace").decode(encoding)
     if sys.stderr.isatty():
         from tqdm import tqdm
 
-        tqdm.write(str(text), file=stream)
+        tqdm.write(text, file=stream)
     else:
         print(text, file=stream, flush=True)
 

@@ -11,6 +11,7 @@ from dshpm_jax import io
 from dshpm_jax._archive.jobs import UsageError
 from dshpm_jax._compile_cache import cache_programs
 from dshpm_jax._console import add_unlabelled, complain, say
+from dshpm_jax._messages import one_line
 from dshpm_jax._model import SubjectModel
 
 if TYPE_CHECKING:
@@ -71,6 +72,8 @@ def _reconstruct(path: Path, model: SubjectModel, arguments: argparse.Namespace)
         trouble = f"{path}: {error}"
     except OSError as error:
         trouble = f"{arguments.out}: cannot be written ({error.strerror}); give another folder"
+    except Exception as error:  # memory, say; the other files are none the worse
+        trouble = f"{path}: {type(error).__name__}: {one_line(str(error))}"
     else:
         say(f"{path}: {_figures(motion, None if filled is None else filled.mask)}")
         return

@@ -82,7 +82,7 @@ class Settings:
     def from_toml(cls, path: str | Path) -> "Settings":
         """Settings from the top level of a TOML file; what it does not name keeps its default."""
         try:
-            found = tomllib.loads(Path(path).read_text())
+            found = tomllib.loads(Path(path).read_text(encoding="utf-8"))
         except (OSError, ValueError, RecursionError) as error:
             raise ValueError(f"{path}: {one_line(f'no settings can be read: {error}')}") from None
         known = {field.name for field in dataclasses.fields(cls)}

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from dshpm_jax import io
 from dshpm_jax._archive.jobs import UsageError
-from dshpm_jax._archive.manifest import MANIFEST_NAME, Manifest
+from dshpm_jax._archive.manifest import MANIFEST_NAME, known_rows
 from dshpm_jax._console import complain, say
 from dshpm_jax._model import SubjectModel
 from dshpm_jax.report._page import is_page
@@ -58,7 +58,7 @@ def _pages_of(given: Path, out: Path | None, model: SubjectModel | None) -> Iter
     if not (given / MANIFEST_NAME).is_file():
         yield f"{given}: holds no {MANIFEST_NAME}; give a labelled recording, or a folder that 'label' wrote"
         return
-    rows = sorted(Manifest(given).rows.values(), key=lambda row: row["output"] or row["input"])
+    rows = sorted(known_rows(given).values(), key=lambda row: row["output"] or row["input"])
     for row in rows:
         if row["output"] and (given / row["output"]).is_file():
             yield from _page(given / row["output"], (given / row["output"]).with_suffix(".html"), model)
@@ -75,5 +75,7 @@ def _page(recording: Path, page: Path, model: SubjectModel | None) -> Iterator[s
         yield str(error)
     except ValueError as error:
         yield f"{recording}: {error}"
+    except KeyError as error:
+        yield f"{recording}: its sidecar names {error}, which is not there; label it again, or move the sidecar away"
     else:
         say(page)

@@ -10,6 +10,7 @@ from pathlib import Path
 from dshpm_jax import io
 
 MODEL_NAME = "model.json"
+SUMMARY_NAME = "summary.csv"  # of a run, in the folder of its results
 
 
 class UsageError(ValueError):
@@ -61,7 +62,17 @@ def find_jobs(inputs: Sequence[Path], models: Sequence[Path], out: Path, same_fo
     for job in jobs:
         if (out / job.target).resolve() in originals:
             raise UsageError(f"{out / job.target}: would overwrite an input; give another folder for the results")
-    return jobs
+    if (out / SUMMARY_NAME).resolve() in originals:
+        raise UsageError(f"{out / SUMMARY_NAME}: would overwrite an input; give another folder for the results")
+    return [_beside_the_summary(job) for job in jobs]
+
+
+def _beside_the_summary(job: Job) -> Job:
+    """The job with a problem where its result would have the name of the run's summary."""
+    if job.target != Path(SUMMARY_NAME):
+        return job
+    problem = f"its result would overwrite {SUMMARY_NAME} of the run; rename it"
+    return dataclasses.replace(job, problem=job.problem or problem, clashes=True)
 
 
 def subjects(models: Sequence[Path]) -> list[str]:
@@ -75,7 +86,7 @@ def subjects(models: Sequence[Path]) -> list[str]:
 def in_shard(jobs: Sequence[Job], shard: tuple[int, int]) -> list[Job]:
     """The jobs of shard `i` of `n`: which one a job is in depends on its result's name alone, not on other files."""
     i, n = shard
-    return [job for job in jobs if int(hashlib.sha256(job.sidecar.as_posix().encode()).hexdigest(), 16) % n == i]
+    return [job for job in jobs if int(hashlib.sha256(os.fsencode(job.sidecar.as_posix())).hexdigest(), 16) % n == i]
 
 
 def _jobs_of(given: Path, models: tuple[Path, ...], out: Path) -> list[Job]:

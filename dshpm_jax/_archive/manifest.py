@@ -3,6 +3,7 @@
 import csv
 import json
 import logging
+import os
 from collections.abc import Iterable, Mapping
 from datetime import UTC, datetime
 from io import StringIO
@@ -11,12 +12,12 @@ from typing import Any
 
 import numpy as np
 
+from dshpm_jax._archive.jobs import SUMMARY_NAME, UsageError
 from dshpm_jax._archive.outcomes import Outcome
 from dshpm_jax.io._atomic import write_whole
 
 MANIFEST_NAME = "manifest.jsonl"
 SHARDS_NAME = "manifest-shards"
-SUMMARY_NAME = "summary.csv"
 
 _ABOUT_THE_RUN = ("seconds", "finished")
 _COLUMNS = (
@@ -41,13 +42,15 @@ class Manifest:
     """
 
     def __init__(self, out: Path, shard: tuple[int, int] | None = None):
+        """Raises `UsageError` where files of somebody else have the names of ours."""
+        _check_ours(out)
         self._out = out
         self._journal = out / SHARDS_NAME / f"{shard[0]}-of-{shard[1]}.jsonl" if shard else out / MANIFEST_NAME
         self._journal.parent.mkdir(parents=True, exist_ok=True)
         with self._journal.open("a"):
             pass  # a folder that cannot be written shows before anything is labelled
         self._mine: dict[str, Row] = {}
-        self.rows = _newest(self._files())
+        self.rows = known_rows(out)
 
     def add(self, outcome: Outcome) -> None:
         """Appends the row of `outcome`, unless it is up to date and its row is there."""
@@ -68,23 +71,37 @@ class Manifest:
         if self._journal != manifest:
             _write(self._journal, _newest([self._journal]) | self._mine)
         while True:
-            shards = _contents(self._shards())
-            found = {**_newest(self._files()), **self._mine}
+            shards = _contents(_shards(self._out))
+            found = {**known_rows(self._out), **self._mine}
             self.rows = {key: found[key] for key in sorted(found) if self._stands_for_something(found[key])}
             _write(manifest, self.rows)
             write_whole(self._out / SUMMARY_NAME, [_summary(self.rows)])
-            if _contents(self._shards()) == shards:
+            if _contents(_shards(self._out)) == shards:
                 return  # else another shard ended at the same time, and it is not known who wrote last
-
-    def _shards(self) -> list[Path]:
-        return sorted((self._out / SHARDS_NAME).glob("*.jsonl"))
-
-    def _files(self) -> list[Path]:
-        return [self._out / MANIFEST_NAME, *self._shards()]
 
     def _stands_for_something(self, row: Row) -> bool:
         """Whether the recording of `row` or its result is still there."""
-        return Path(row["input"]).exists() or bool(row["output"] and (self._out / row["output"]).exists())
+        # Not Path.exists, which raises where a folder is closed.
+        return os.path.exists(row["input"]) or bool(row["output"] and os.path.exists(self._out / row["output"]))
+
+
+def known_rows(out: Path) -> dict[str, Row]:
+    """The newest row of each file that any run into `out` has left."""
+    return _newest([out / MANIFEST_NAME, *_shards(out)])
+
+
+def _shards(out: Path) -> list[Path]:
+    return sorted((out / SHARDS_NAME).glob("*.jsonl"))
+
+
+def _check_ours(out: Path) -> None:
+    for name, beginning in ((MANIFEST_NAME, '{"input"'), (SUMMARY_NAME, ",".join(_COLUMNS[:3]))):
+        path = out / name
+        if path.is_file() and path.stat().st_size:
+            with path.open("rb") as file:
+                if not file.read(len(beginning)).startswith(beginning.encode()):
+                    remedy = "move it away or give another folder for the results"
+                    raise UsageError(f"{path}: is there and none of our files, not overwritten; {remedy}")
 
 
 def _row(outcome: Outcome) -> Row:
@@ -143,7 +160,7 @@ def _summary(rows: Mapping[str, Row]) -> bytes:
     writer = csv.DictWriter(table, _COLUMNS, extrasaction="ignore")
     writer.writeheader()
     writer.writerows({**row, "models": " ".join(row.get("models", ()))} for row in rows.values())
-    return table.getvalue().encode()
+    return table.getvalue().encode(errors="backslashreplace")  # names of files may be no text
 
 
 def _plain(value: Any) -> Any:

@@ -34,7 +34,8 @@ def write_result(labelling: Labelling, job: Job, out: Path, hashes: Mapping[str,
     with tempfile.TemporaryDirectory(prefix=f".{target.name}.", suffix=".part", dir=target.parent) as folder:
         new = Path(folder) / target.name, Path(folder) / sidecar.name
         io.write_labelled(labelling, new[0])
-        io.write_sidecar(labelling, new[1], {"hashes": dict(hashes), "output": hash_file(new[0]), **record})
+        about = {"hashes": dict(hashes), "result": target.name, "output": hash_file(new[0])}
+        io.write_sidecar(labelling, new[1], about | dict(record))
         if hash_file(job.source) != hashes[INPUT]:
             raise io.ReadError(job.source, "changed while it was labelled", "label it again when it is complete")
         if reason := kept_because(target, sidecar):

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from dshpm_jax._archive.batch import label_batch
 from dshpm_jax._archive.jobs import Job, UsageError
-from dshpm_jax._archive.manifest import Manifest
+from dshpm_jax._archive.manifest import Manifest, known_rows
 from dshpm_jax._archive.outcomes import Outcome
 from dshpm_jax._archive.results import remove_unfinished
 from dshpm_jax._archive.standing import Due, Standing
@@ -67,7 +67,7 @@ def label_archive(jobs: Sequence[Job], order: Order, place: Place = label_here) 
     labelled in.
 
     Raises:
-        UsageError: nothing can be written into the folder.
+        UsageError: nothing can be written into the folder, or files of somebody else have the names of the manifest's.
         WriteError: no manifest or report could be written at the end.
     """
     try:
@@ -87,7 +87,8 @@ def label_archive(jobs: Sequence[Job], order: Order, place: Place = label_here) 
 
 def what_is_due(jobs: Iterable[Job], order: Order) -> Iterator[Due | Outcome]:
     """What `label_archive` would do with each job; writes nothing."""
-    standing = Standing(order.out, order.settings, order.force)
+    owners = {row["output"]: row["input"] for row in known_rows(order.out).values() if row["output"]}
+    standing = Standing(order.out, order.settings, order.force, owners)
     return (standing.of(job) for job in jobs)
 
 

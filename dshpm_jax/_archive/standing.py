@@ -1,6 +1,8 @@
 """What is there already, and what is left to do."""
 
-from dataclasses import dataclass
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from dshpm_jax import io
@@ -9,6 +11,7 @@ from dshpm_jax._archive.jobs import Job
 from dshpm_jax._archive.outcomes import FAILED, KEPT, Outcome, failed, judged
 from dshpm_jax._settings import Settings
 
+_REMEDY = "move it away or give another folder for the results"
 _KINDS = {INPUT: "its input", MODEL: "its model", SETTINGS: "the settings"}
 
 
@@ -26,8 +29,10 @@ class Standing:
     Files are hashed only where there is a result to compare with, so that a first run starts at once.
     """
 
-    def __init__(self, out: Path, settings: Settings, force: bool):
+    def __init__(self, out: Path, settings: Settings, force: bool, owners: Mapping[str, str] | None = None):
+        """`owners` says of results, by their places in `out`, which recordings they are of."""
         self._out, self._settings, self._force = out, settings, force
+        self._owners = owners or {}
         self._models: dict[tuple[Path, ...], str] = {}
 
     def of(self, job: Job) -> Due | Outcome:
@@ -51,12 +56,22 @@ class Standing:
             MODEL: self._models[job.models],
         }
         changed = [kind for name, kind in _KINDS.items() if head.get("hashes", {}).get(name) != hashes[name]]
-        if target.exists() and "figures" in head and not changed and not self._force:
+        own = head.get("result", target.name) == target.name
+        if target.exists() and "figures" in head and own and not changed and not self._force:
             figures = head["figures"] | {"stats": head.get("stats", {})}
             return judged(job, self._settings, hashes, figures, was_there=True)
+        if _KINDS[INPUT] in changed and (reason := self._owned_by_another(job)):
+            return Outcome(replace(job, clashes=True), KEPT, reason, hashes)
         if reason := kept_because(target, sidecar):
             return Outcome(job, KEPT, reason, hashes)
         return Due(job, _why(target, changed))
+
+    def _owned_by_another(self, job: Job) -> str:
+        """Why the result must not be overwritten, as it is that of another recording; or nothing."""
+        target, owner = self._out / job.target, self._owners.get(job.target.as_posix())
+        if owner is None or not target.exists() or not os.path.exists(owner) or os.path.samefile(owner, job.source):
+            return ""
+        return f"{target}: is the result of {owner}, not overwritten; {_REMEDY}"
 
 
 def _why(target: Path, changed: list[str]) -> str:
@@ -68,10 +83,11 @@ def _why(target: Path, changed: list[str]) -> str:
 def kept_because(target: Path, sidecar: Path) -> str:
     """Why the result at `target` must not be overwritten, or nothing: it is not ours, or not as we wrote it."""
     head = io.read_sidecar_head(sidecar)
-    remedy = "move it away or give another folder for the results"
     if head is None:
         foreign = next((path for path in (target, sidecar) if path.exists()), None)
-        return f"{foreign}: is there and none of our results, not overwritten; {remedy}" if foreign else ""
+        return f"{foreign}: is there and none of our results, not overwritten; {_REMEDY}" if foreign else ""
+    if target.exists() and head.get("result", target.name) != target.name:
+        return f"{target}: is there, and {sidecar.name} is that of {head['result']}, not overwritten; {_REMEDY}"
     if target.exists() and hash_file(target) != head.get("output"):
-        return f"{target}: was changed by somebody after it was labelled, not overwritten; {remedy}"
+        return f"{target}: was changed by somebody after it was labelled, not overwritten; {_REMEDY}"
     return ""

@@ -66,7 +66,7 @@ def write_rows(path: Path, header: Sequence[str], rows: Iterable[Sequence[Any]])
 
 
 def write_text(path: Path, text: str) -> None:
-    write_whole(path, [text.encode()])
+    write_whole(path, [text.encode(errors="backslashreplace")])
 
 
 def machine() -> dict[str, Any]:

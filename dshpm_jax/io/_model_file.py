@@ -36,7 +36,7 @@ def write_model(model: SubjectModel, path: str | Path) -> None:
     What is at `path` is replaced, whatever it is; the folder must be there.
     """
     head = {"format": FORMAT, "version": VERSION}
-    write_whole(Path(path), [(_layout(head | encode(model)) + "\n").encode()])
+    write_whole(Path(path), [(_layout(head | encode(model)) + "\n").encode(errors="backslashreplace")])
 
 
 def read_model(path: str | Path) -> SubjectModel:

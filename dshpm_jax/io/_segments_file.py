@@ -18,7 +18,7 @@ def read_segments(path: str | Path, known: Collection[str]) -> dict[str, dict[st
     """
     path = Path(path)
     try:
-        found = tomllib.loads(path.read_text())
+        found = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise ReadError(path, f"cannot be read ({error.strerror})", "check the path") from None
     except (ValueError, RecursionError) as error:

@@ -12,7 +12,10 @@ from dshpm_jax.io._text_table import TextLines, TextTable, read_lines, recording
 from dshpm_jax.io._trc import trc_table
 from dshpm_jax.io._vicon_csv import is_vicon, vicon_table
 
-_FOREIGN = re.compile(rb"(?mi)^(?:\xef\xbb\xbf)?[\s\",;]*(trajectories|format version|MARKER_NAMES\b)")
+_FOREIGN = re.compile(rb"(?i)[\r\n](?:\xef\xbb\xbf)?[\s\",;]*(trajectories|format version|MARKER_NAMES\b)")
+
+_SEARCHED, _AT_ONCE, _OVERLAP = 256 << 20, 1 << 20, 200
+"""Bytes of a table that are looked through for trajectories, so many at a time, and how much of them twice."""
 
 
 def read_text(path: Path, unlabelled: Sequence[str] = ()) -> Recording:
@@ -28,7 +31,15 @@ def text_table(path: Path) -> TextTable:
 def looks_like_recording(path: Path) -> bool:
     """Whether a file that may be anything, a `.csv` say, says somewhere that it holds trajectories."""
     try:
-        return _FOREIGN.search(path.read_bytes()) is not None
+        with path.open("rb") as file:
+            seen = b"\n"
+            for _ in range(_SEARCHED // _AT_ONCE):
+                seen = seen[-_OVERLAP:] + file.read(_AT_ONCE)
+                if _FOREIGN.search(seen):
+                    return True
+                if len(seen) < _AT_ONCE:
+                    break
+        return False
     except OSError:
         return True  # whoever reads it says why it cannot be read
 

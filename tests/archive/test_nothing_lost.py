@@ -1,13 +1,18 @@
 """What somebody has is never overwritten, and what cannot be written is said."""
 
+import os
+from io import BytesIO, TextIOWrapper
 from pathlib import Path
 
 import pytest
-from making import make_recording
-from running import contents, rows_of, run
+from making import make_model, make_recording
+from running import MARKERS, contents, rows_of, run
+from text_files import TRC, VICON
 
 from dshpm_jax import io
-from dshpm_jax._archive import FAILED, KEPT, Order, UsageError, find_jobs, label_archive
+from dshpm_jax._archive import FAILED, KEPT, Order, UsageError, find_jobs, in_shard, label_archive
+from dshpm_jax._console import say
+from dshpm_jax._settings import Settings
 
 
 @pytest.mark.parametrize("force", [False, True])
@@ -128,3 +133,75 @@ def test_a_page_that_cannot_be_made_is_said_at_the_end(archive, tmp_path, labell
     with pytest.raises(io.WriteError, match="no page can be made .KeyError: 'rate'"):
         run(archive, tmp_path / "out")
     assert len(rows_of(tmp_path / "out")) == 4
+
+
+@pytest.mark.parametrize("name", ["summary.csv", "manifest.jsonl"])
+def test_files_of_the_names_of_ours_stay(archive, tmp_path, labeller, name):
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / name).write_text("subject,age\nann,31\n")
+    with pytest.raises(UsageError, match="is there and none of our files, not overwritten"):
+        run(archive, out)
+    assert contents(out) == {name: b"subject,age\nann,31\n"}
+
+
+def test_a_recording_called_like_the_summary_stays(tmp_path, labeller):
+    captures = tmp_path / "captures"
+    captures.mkdir()
+    io.write_model(make_model(MARKERS), captures / "model.json")
+    (captures / "summary.csv").write_text(VICON)
+    with pytest.raises(UsageError, match="summary.csv: would overwrite an input"):
+        find_jobs([captures / "summary.csv"], (), captures)
+    (job,) = find_jobs([captures], (), tmp_path / "out", same_format=True)
+    assert "its result would overwrite summary.csv of the run" in job.problem
+    (outcome,) = label_archive([job], Order(tmp_path / "out"))
+    assert outcome.outcome == FAILED and len(rows_of(tmp_path / "out")) == 1
+
+
+def test_the_result_of_another_recording_stays(archive, tmp_path, labeller):
+    """Two folders labelled into one, one after the other, with a recording of the same name."""
+    out, other = tmp_path / "out", tmp_path / "other"
+    run(archive / "bob", out)
+    before = contents(out)
+    other.mkdir()
+    io.write_model(make_model(MARKERS), other / "model.json")
+    io.write_c3d(make_recording(33, seed=9), other / "run.c3d")
+    outcome = run(other, out)["run.c3d"]
+    assert outcome.outcome == KEPT and f"is the result of {archive / 'bob' / 'run.c3d'}" in outcome.message
+    assert {k: v for k, v in contents(out).items() if k.startswith("run.")} == {
+        k: v for k, v in before.items() if k.startswith("run.")
+    }
+    assert len(rows_of(out)) == 2
+    (archive / "bob" / "run.c3d").rename(tmp_path / "moved.c3d")  # whose result it was is gone
+    assert run(other, out)["run.c3d"].ok
+
+
+def test_a_result_whose_sidecar_is_of_another_format_is_not_up_to_date(archive, tmp_path, labeller):
+    folder, out = tmp_path / "captures", tmp_path / "out"
+    folder.mkdir()
+    io.write_model(make_model(MARKERS), folder / "model.json")
+    (folder / "walk.trc").write_text(TRC)
+    loose = Settings(completeness=0.1)
+    assert run(folder, out, loose)["walk.c3d"].ok
+    io.write_model(make_model(MARKERS[::-1]), folder / "model.json")
+    jobs = find_jobs([folder], (), out, same_format=True)
+    assert [o.job.target.name for o in label_archive(jobs, Order(out, loose))] == ["walk.trc"]
+    outcome = run(folder, out, loose)["walk.c3d"]
+    assert outcome.outcome == KEPT and "walk.labels.json is that of walk.trc" in outcome.message
+
+
+def test_names_that_are_no_text_harm_nothing(archive, tmp_path, labeller, capsys):
+    strange = archive / "bob" / os.fsdecode(b"M\xfcller.c3d")
+    try:
+        io.write_c3d(make_recording(21), strange)
+    except OSError:
+        pytest.skip("this file system has no such names")
+    outcomes = run(archive, tmp_path / "out")
+    assert all(o.ok for name, o in outcomes.items() if name != "eve/jump.c3d")
+    assert "M\\udcfcller.c3d" in (tmp_path / "out" / "summary.csv").read_text()
+    jobs = find_jobs([archive], (), tmp_path / "out")
+    assert sum(len(in_shard(jobs, (k, 3))) for k in range(3)) == 5
+    shown = TextIOWrapper(BytesIO(), encoding="ascii")
+    say(f"{strange}: labelled", shown)
+    shown.seek(0)
+    assert shown.read().endswith("M\\udcfcller.c3d: labelled\n")

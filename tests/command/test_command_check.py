@@ -76,3 +76,14 @@ def test_reconstruct(folder, capsys):
 def test_wrong_usage_of_reconstruct(folder, capsys, arguments):
     status, _, err = command(capsys, *arguments)
     assert status == 2 and err and not (folder / "out").exists()
+
+
+def test_findings_overwrite_findings_only(folder, capsys, checker):
+    model = (folder / "model.json").read_bytes()
+    status, _, err = command(capsys, "check", "walk.c3d", "--model", "model.json", "--json", "model.json")
+    assert status == 2 and "model.json: is there and holds no findings, not overwritten" in err
+    assert (folder / "model.json").read_bytes() == model
+    (folder / "f.json").write_text("[]\n")
+    for _ in range(2):
+        assert command(capsys, "check", "walk.c3d", "--model", "model.json", "--json", "f.json")[0] == 1
+        assert len(json.loads((folder / "f.json").read_text())) == 1

@@ -6,7 +6,7 @@ import ezc3d
 import numpy as np
 import pytest
 from making import make_labelling
-from text_files import FILES, MOTIVE, POINTS, QTM, TRC, VICON
+from text_files import FILES, MOTIVE, POINTS, QTM, TRC, VICON, VICON_WITH_OTHERS
 
 from dshpm_jax import io
 
@@ -165,6 +165,14 @@ def test_files_that_cannot_be_read(tmp_path, name, content, wrong):
 def test_points_beyond_the_moon_are_missing(tmp_path, number):
     content = MOTIVE.replace("0.016,", f"{number},")
     assert not io.read(saved(tmp_path, "motive.csv", content)).present[1, 2]
+
+
+def test_trajectories_far_down_are_found_and_huge_tables_do_not_fill_memory(tmp_path):
+    analog = "240,0,1.5\n" * 300_000
+    assert io.may_be_recording(saved(tmp_path, "a.csv", VICON_WITH_OTHERS.replace("240,0,1.5\n", analog, 1)))
+    with (tmp_path / "emg.csv").open("wb") as file:
+        file.truncate(8 << 30)  # no byte of it is on the disk
+    assert not io.may_be_recording(tmp_path / "emg.csv")
 
 
 def test_other_tables_are_no_recordings(tmp_path):
