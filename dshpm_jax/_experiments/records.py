@@ -38,7 +38,11 @@ class Records:
         if self._table.exists() or about.exists():
             if _setup_in(about) != json.loads(json.dumps(setup)):
                 raise UsageError(f"{folder}: holds trials of another setup of '{name}'; give another folder with -o")
-            self._found = _read(self._table)
+            try:
+                self._found = _read(self._table)
+            except (ValueError, KeyError, TypeError):
+                remedy = "move it away or give another folder with -o"
+                raise UsageError(f"{self._table}: is damaged and cannot be gone on with; {remedy}") from None
         try:
             folder.mkdir(parents=True, exist_ok=True)
             write_text(about, json.dumps({"setup": setup, "machine": machine()}, indent=1) + "\n")
@@ -54,6 +58,15 @@ class Records:
         self._found[point] = [*self.of(point), *outcomes]
         rows = [(*point, k, *outcome) for point, found in self._found.items() for k, outcome in enumerate(found)]
         write_rows(self._table, (*Point._fields, "trial", *Outcome._fields), rows)
+
+
+def refuse_foreign(folder: Path, name: str, trials_of: str) -> None:
+    """Raises `UsageError` where `folder` holds files called like results of `name`, but no trials that made them."""
+    if (folder / f"{trials_of}-trials.csv").exists():
+        return
+    for suffix in (".csv", ".png", ".pdf"):
+        if (path := folder / f"{name}{suffix}").exists():
+            raise UsageError(f"{path}: is there without its trials, not overwritten; give another folder with -o")
 
 
 def write_rows(path: Path, header: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:

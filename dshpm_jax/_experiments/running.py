@@ -10,7 +10,7 @@ from dshpm_jax._archive import UsageError
 from dshpm_jax._experiments import complexity, corruption, distortion, table1
 from dshpm_jax._experiments.figures import style
 from dshpm_jax._experiments.processes import Batch, run_apart
-from dshpm_jax._experiments.records import Records
+from dshpm_jax._experiments.records import Records, refuse_foreign
 from dshpm_jax._experiments.statistics import rate_of, times_of
 from dshpm_jax._experiments.subjects import Subject, recorded, synthetic
 from dshpm_jax._experiments.trials import NAMES, SIDE_BY_SIDE, Plan, Point, run_trials, warm_up
@@ -42,13 +42,17 @@ def run(order: Order) -> int:
     trials = TRIALS[order.name] if order.trials is None else order.trials
     if trials < 1 or order.frames < 1:
         raise UsageError("an experiment needs at least one trial of one frame; give larger --trials or --frames")
+    if order.seed < 0:
+        raise UsageError("--seed: random numbers begin with one that is not negative")
     if order.workers < 1:
         raise UsageError("--workers: an experiment needs at least one process")
     if (order.recording is None) != (order.model is None):
         raise UsageError("--recording and --model go together: a labelled recording and the model of its subject")
     folder = Path(f"dshpm-{order.name}") if order.out is None else order.out
     plan = _plan(order)
-    records = Records(folder, SHARED.get(order.name, order.name), _setup(order))
+    trials_of = SHARED.get(order.name, order.name)
+    refuse_foreign(folder, order.name, trials_of)
+    records = Records(folder, trials_of, _setup(order))
     _run_trials(order, plan, records, trials)
     return _report(order.name, plan, records, folder)
 

@@ -20,7 +20,8 @@ ASIDE = np.deg2rad(25)  # off the widest view, so that limbs do not hide each ot
 
 def player_data(film: Film, name: str) -> dict[str, Any]:
     """What the page's script works on. The last column of its points is the path of the camera's target."""
-    figure = film.points[:, : len(film.names)] if film.names else film.points
+    named = film.points[:, : len(film.names)]
+    figure = named if is_seen(named).any() else film.points
     turn = _up_last(figure)
     points, figure = film.points[:, :, turn], figure[:, :, turn]
     camera = _camera(figure, film.rate)

@@ -89,7 +89,7 @@ class RunSummary:
             stretches: dict[str, list[tuple[int, int, float]]] = {label: [] for label in found["markers"]}
             for track in tracks:
                 if track["label"] is not None:
-                    stretches[track["label"]].append((*track["frames"], track["confidence"]))
+                    stretches.setdefault(track["label"], []).append((*track["frames"], track["confidence"]))
             for label, parts in stretches.items():
                 self.markers.setdefault(label, MarkerTotals()).add(parts, found["frames"], found["rate"])
 

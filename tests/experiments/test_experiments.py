@@ -130,6 +130,23 @@ def test_files_that_are_not_ours_stay(labeller, tmp_path, capsys):
     assert (tmp_path / "distortion-trials.csv").read_text() == "precious"
 
 
+@pytest.mark.parametrize("kind", ["csv", "png", "pdf"])
+def test_results_without_their_trials_stay(labeller, tmp_path, capsys, kind):
+    (tmp_path / f"distortion.{kind}").write_text("precious")
+    assert run(tmp_path, "distortion") == 2
+    assert "is there without its trials, not overwritten" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == [f"distortion.{kind}"]
+
+
+def test_a_table_of_trials_that_was_cut_off_is_said(labeller, tmp_path, capsys):
+    assert run(tmp_path, "distortion") == 0
+    table = tmp_path / "distortion-trials.csv"
+    table.write_bytes(table.read_bytes()[:-20])
+    capsys.readouterr()
+    assert run(tmp_path, "distortion") == 2
+    assert "is damaged and cannot be gone on with" in capsys.readouterr().err
+
+
 def test_without_matplotlib_the_tables_are_written(labeller, monkeypatch, tmp_path, capsys):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     assert run(tmp_path, "distortion") == 0
@@ -156,6 +173,7 @@ def test_a_recording_of_one_s_own(labeller, tmp_path, name):
         (("--recording", "no.c3d", "--model", "no.json"), "no.json"),
         (("--trials", "0"), "at least one trial"),
         (("--workers", "0"), "at least one process"),
+        (("--seed", "-1"), "not negative"),
     ],
 )
 def test_wrong_usage(tmp_path, capsys, arguments, words):
