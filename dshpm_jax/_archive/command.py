@@ -10,6 +10,7 @@ from pathlib import Path
 
 from dshpm_jax._archive.flight import label_on
 from dshpm_jax._archive.jobs import Job, UsageError, find_jobs, in_shard
+from dshpm_jax._archive.manifest import known_rows
 from dshpm_jax._archive.progress import Progress, log_to
 from dshpm_jax._archive.run import Order, Place, label_archive, label_here, what_is_due
 from dshpm_jax._archive.standing import Due
@@ -113,7 +114,7 @@ def _label(jobs: Sequence[Job], order: Order, place: Place) -> int:
 def _say_what_is_due(jobs: Sequence[Job], order: Order) -> int:
     """A line for each file, and the exit status: 1 if some cannot be labelled."""
     num_due = num_wrong = 0
-    for found in what_is_due(jobs, order):
+    for found in what_is_due(jobs, order, known_rows(order.out)):
         if isinstance(found, Due):
             job = found.job
             models = " and ".join(map(str, job.models))

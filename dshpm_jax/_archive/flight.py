@@ -4,7 +4,7 @@ once more goes last and alone, as the worker may have been given something else 
 import dataclasses
 import itertools
 import logging
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
@@ -44,7 +44,7 @@ class _Flight:
         self._flying: dict[Future, list[Job]] = {}
         self._again: deque[list[Job]] = deque()
         self._suspects: deque[list[Job]] = deque()
-        self._killed: Counter[Job] = Counter()  # workers, by a file that flew in a batch of its own
+        self._killed: dict[Job, int] = {}  # workers, by a file that flew in a batch of its own
 
     def run(self, steps: Iterator[Step]) -> Iterator[Outcome]:
         from distributed import wait
@@ -108,17 +108,16 @@ class _Flight:
         _log.debug("%d workers died over %s", workers, ", ".join(str(job.source) for job in batch))
         standing = Standing(self._order.out, self._order.settings, self._order.force)
         for job in batch:
-            found, suspected = standing.of(job), job in self._killed
+            found = standing.of(job)
             if isinstance(found, Outcome):  # it was done before the worker died
                 yield found
-                continue
-            if len(batch) > 1:
+            elif len(batch) > 1:
                 self._again.append([job])
-                continue
-            self._killed[job] += workers
-            if suspected:  # so it flew alone
+            elif job in self._killed:  # so it flew alone
+                self._killed[job] += workers
                 yield Outcome(job, FAILED, self._blame(job))
             else:
+                self._killed[job] = workers
                 self._suspects.append([job])
 
     def _blame(self, job: Job) -> str:

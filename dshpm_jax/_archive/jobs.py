@@ -59,11 +59,9 @@ def find_jobs(inputs: Sequence[Path], models: Sequence[Path], out: Path, same_fo
         jobs = [dataclasses.replace(job, target=job.target.with_suffix(job.source.suffix)) for job in jobs]
     jobs = _without_clashes(list({job.source.resolve(): job for job in jobs}.values()))
     originals = {job.source.resolve() for job in jobs}
-    for job in jobs:
-        if (out / job.target).resolve() in originals:
-            raise UsageError(f"{out / job.target}: would overwrite an input; give another folder for the results")
-    if (out / SUMMARY_NAME).resolve() in originals:
-        raise UsageError(f"{out / SUMMARY_NAME}: would overwrite an input; give another folder for the results")
+    for place in (*(job.target for job in jobs), SUMMARY_NAME):
+        if (out / place).resolve() in originals:
+            raise UsageError(f"{out / place}: would overwrite an input; give another folder for the results")
     return [_beside_the_summary(job) for job in jobs]
 
 

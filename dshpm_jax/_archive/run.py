@@ -2,13 +2,13 @@
 
 import logging
 import math
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from dshpm_jax._archive.batch import label_batch
 from dshpm_jax._archive.jobs import Job, UsageError
-from dshpm_jax._archive.manifest import Manifest, known_rows
+from dshpm_jax._archive.manifest import Manifest, Row
 from dshpm_jax._archive.outcomes import Outcome
 from dshpm_jax._archive.results import remove_unfinished
 from dshpm_jax._archive.standing import Due, Standing
@@ -77,7 +77,7 @@ def label_archive(jobs: Sequence[Job], order: Order, place: Place = label_here) 
         remedy = "give another folder for the results"
         raise UsageError(f"{order.out}: cannot be written ({error.strerror}); {remedy}") from None
     try:
-        for outcome in place(_steps(jobs, order), order):
+        for outcome in place(_steps(jobs, order, manifest.rows), order):
             manifest.add(outcome)
             yield outcome
     finally:
@@ -85,19 +85,20 @@ def label_archive(jobs: Sequence[Job], order: Order, place: Place = label_here) 
     _write_page(manifest, order.out)
 
 
-def what_is_due(jobs: Iterable[Job], order: Order) -> Iterator[Due | Outcome]:
-    """What `label_archive` would do with each job; writes nothing."""
-    owners = {row["output"]: row["input"] for row in known_rows(order.out).values() if row["output"]}
+def what_is_due(jobs: Iterable[Job], order: Order, rows: Mapping[str, Row]) -> Iterator[Due | Outcome]:
+    """What `label_archive` would do with each job, given the `known_rows` of its folder; writes nothing."""
+    owners = {row["output"]: row["input"] for row in rows.values() if row["output"]}
     standing = Standing(order.out, order.settings, order.force, owners)
     return (standing.of(job) for job in jobs)
 
 
-def _steps(jobs: Sequence[Job], order: Order) -> Iterator[Step]:
+def _steps(jobs: Sequence[Job], order: Order, rows: Mapping[str, Row]) -> Iterator[Step]:
     """Recordings of like size together, so that little of a batch is padding."""
     sizes = {job: _size(job.source) for job in jobs}
     most = min(BATCH_FILES, math.ceil(len(jobs) / (2 * order.workers)) if order.workers > 1 else BATCH_FILES)
     batch: list[Job] = []
-    for due in what_is_due(sorted(jobs, key=lambda job: (sizes[job], str(job.source))), order):
+    small_first = sorted(jobs, key=lambda job: (sizes[job], str(job.source)))
+    for due in what_is_due(small_first, order, rows):
         if isinstance(due, Outcome):
             yield due
             continue

@@ -86,7 +86,7 @@ class TextTable(abc.ABC):
         for k in range(*self.rows):
             line = self.file.lines[k]
             if line.strip(" \t,;") or (not self.numbered and self.delimiter in line):
-                yield k + 1, split(self.file.lines[k], self.delimiter)
+                yield k + 1, split(line, self.delimiter)
 
     def first_frame(self) -> int:
         """The number that the file gives its first frame; 1 where it gives none."""

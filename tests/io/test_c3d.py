@@ -3,6 +3,7 @@
 import ezc3d
 import numpy as np
 import pytest
+from integer_files import write_integers
 from making import make_labelling, make_recording
 
 from dshpm_jax import Recording, io
@@ -147,15 +148,7 @@ def test_dec_floats_are_those_of_a_vax():
 def test_integer_files(tmp_path):
     """Points as 16-bit integers times POINT:SCALE, as older systems write them."""
     recording = make_recording(labels=["A", "B"])
-    file = fresh_layout(recording)
-    counts = np.where(recording.present[..., None], recording.points / 0.1, 0).round().astype("<i2")
-    words = np.concatenate([counts, np.where(recording.present, 0, -1)[..., None].astype("<i2")], axis=-1)
-    file.points = np.ascontiguousarray(words).view("V8")[..., 0]
-    scale = parameters.encode_floats([0.1], file.processor)
-    file.header = file.header[:12] + scale + file.header[16:]
-    point = [parameters.Parameter("SCALE", parameters.FLOAT, (), scale)]
-    file.groups = parameters.with_parameters(file.groups, "POINT", point)
-    write_layout(file, tmp_path / "a.c3d")
+    write_integers(recording, tmp_path / "a.c3d")
     back = io.read(tmp_path / "a.c3d")
     np.testing.assert_allclose(back.points, recording.points, atol=0.051)
     theirs = ezc3d.c3d(str(tmp_path / "a.c3d"))["data"]["points"][:3].transpose(2, 1, 0)

@@ -6,12 +6,11 @@ from pathlib import Path
 import ezc3d
 import numpy as np
 import pytest
+from integer_files import write_integers
 from making import make_recording
 
 from dshpm_jax import io
-from dshpm_jax.io._c3d import fresh_layout
-from dshpm_jax.io._c3d_format import read_layout, write_layout
-from dshpm_jax.io._c3d_parameters import FLOAT, Parameter, encode_floats, with_parameters
+from dshpm_jax.io._c3d_format import read_layout
 
 
 def filled_from(recording, seed: int = 0):
@@ -70,14 +69,7 @@ def test_a_source_that_has_changed_is_refused(tmp_path):
 def test_a_filled_point_beyond_16_bits_is_refused(tmp_path):
     """It would come out on the other side."""
     recording = make_recording(20, labels=["A", "B"])
-    file = fresh_layout(recording)
-    counts = np.where(recording.present[..., None], recording.points / 0.1, 0).round().astype("<i2")
-    words = np.concatenate([counts, np.where(recording.present, 0, -1)[..., None].astype("<i2")], axis=-1)
-    file.points = np.ascontiguousarray(words).view("V8")[..., 0]
-    scale = encode_floats([0.1], file.processor)
-    file.header = file.header[:12] + scale + file.header[16:]
-    file.groups = with_parameters(file.groups, "POINT", [Parameter("SCALE", FLOAT, (), scale)])
-    write_layout(file, tmp_path / "raw.c3d")
+    write_integers(recording, tmp_path / "raw.c3d")
     filled, mask = filled_from(io.read(tmp_path / "raw.c3d"))
     io.write_filled(filled, mask, tmp_path / "near.c3d")
     np.testing.assert_allclose(io.read(tmp_path / "near.c3d").points[mask], filled.points[mask], atol=0.051)
