@@ -56,7 +56,7 @@ def test_the_place_of_the_room(method):
     np.testing.assert_array_equal(label_as(method, turned), identities(method))
 
 
-@settings(max_examples=5, deadline=None, derandomize=True)
+@settings(max_examples=5, derandomize=True)
 @given(st.integers(0, 2**31), st.lists(st.floats(-5000, 5000), min_size=3, max_size=3))
 @example(0, [0.0, 0.0, 0.0])
 def test_any_motion_of_the_room(seed, shift):

@@ -120,7 +120,7 @@ values = st.floats(-1e4, 1e4, width=32) | st.sampled_from([0.0, 1.0, -1.0, np.na
 points = st.lists(values, min_size=12, max_size=12).map(lambda x: np.array(x, np.float32).reshape(4, 3))
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(points, points, st.lists(st.sampled_from([0.0, 0.25, 1.0]), min_size=4, max_size=4))
 def test_always_a_rotation(model, data, weights):
     found = fit(model, data, np.array(weights, np.float32))
@@ -128,7 +128,7 @@ def test_always_a_rotation(model, data, weights):
     check_rotations(found.rotation[None])
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(0, 2**32 - 1))
 def test_moving_the_data_moves_the_fit(seed):
     rng = np.random.default_rng(seed)

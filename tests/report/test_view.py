@@ -38,7 +38,7 @@ def test_points_labels_and_gaps_are_there():
     np.testing.assert_allclose(points, np.roll(recording.points, -up, -1), atol=data["step"])
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(st.integers(0, 1000), st.floats(0.01, 1e6), st.sampled_from([1, 2, 30]))
 def test_steps_are_as_fine_as_they_say(seed, size, frames):
     rng = np.random.default_rng(seed)
