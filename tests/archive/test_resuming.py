@@ -1,9 +1,12 @@
 """Runs that go on where others ended, or share the work: what is made again, and one row a file."""
 
 import itertools
+import os
+from pathlib import Path
 
 from making import make_model, make_recording
 from running import MARKERS, contents, rows_of, run
+from text_files import TRC
 
 from dshpm_jax import io
 from dshpm_jax._archive import FAILED, LABELLED, PARTLY, Order, find_jobs, in_shard, label_archive
@@ -106,6 +109,31 @@ def test_rows_of_what_is_gone_go_too(archive, tmp_path, labeller):
     (archive / "bob" / "run.c3d").unlink()
     run(archive, out)
     assert sorted(rows_of(out)) == ["ann/day 2/walk.c3d", "ann/walk.c3d", "bob/run.c3d"]
+
+
+def test_rows_of_troubles_that_are_over_go(archive, tmp_path, labeller, monkeypatch):
+    out, twin, empty = tmp_path / "out", archive / "ann" / "walk.trc", archive / "bob" / "later"
+    twin.write_text(TRC)
+    empty.mkdir()
+    scan = os.scandir
+    with monkeypatch.context() as locked:
+        locked.setattr(os, "scandir", lambda path: refuse(path) if Path(path).name == "eve" else scan(path))
+        run(archive, out)
+    rows_before = rows_of(out)
+    run(empty, out)
+    assert {rows_of(out)[key]["outcome"] for key in (str(twin), "eve", "later")} == {FAILED}
+
+    (archive / "ann" / "walk.c3d").unlink()
+    io.write_c3d(make_recording(20), empty / "run.c3d")
+    for _ in range(2):
+        run(archive, out)
+        rows = rows_of(out)
+        assert rows["ann/walk.c3d"]["input"] == str(twin) and rows["ann/walk.c3d"]["outcome"] == LABELLED
+        assert set(rows) == {*rows_before, "bob/later/run.c3d", "eve/jump.c3d"} - {str(twin), "eve"}
+
+
+def refuse(path):
+    raise PermissionError(13, "Permission denied", str(path))
 
 
 def test_results_inside_an_input_are_no_input(archive, labeller):
