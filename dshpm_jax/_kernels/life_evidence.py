@@ -1,11 +1,14 @@
 """Evidence for a label at a point, from where the marker's neighbours are: leave-one-out poses, else distances."""
 
+import functools
 import math
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
+from dshpm_jax._kernels.fusing import all_finite, opaque_true, square_length, stored, total
 from dshpm_jax._kernels.rigid_fit import rigid_fit_lanes, rotate_lanes
 from dshpm_jax._types import MIN_FIT_POINTS
 
@@ -41,36 +44,70 @@ def life_evidence(
         places: where the marker's neighbours are in that frame (mm), NaN where unknown.
         shape, own, softness, spread: the marker's neighbourhood, see `LifeEvidence`.
     """
-    there = jnp.isfinite(places).all(1)
+    there = all_finite(places)
     places = jnp.where(there[:, None], places, 0.0)
     predicted, deviation = _predict(places, there, shape, own, softness, spread)
-    seen = jnp.isfinite(points).all(1)
+    judge = stored(opaque_true(spread), _judge, places, there, shape, own, softness, predicted, deviation)
+    seen = all_finite(points)
     points = jnp.where(seen[:, None], points, 0.0)
+    by_pose, by_distance = _by_pose(points, judge), _by_distance(points, judge.references)
+    evidence = jnp.where(judge.trusts_pose[None], by_pose, jnp.maximum(by_distance, by_pose))
+    return jnp.where(seen & judge.known[None], jnp.maximum(evidence, WORST), jnp.where(seen, UNKNOWN, WORST))
+
+
+class _References(NamedTuple):
+    """The most rigid of a marker's known neighbours, and their parts in the evidence.
+
+    Attributes:
+        place: where they are (mm).
+        distance: the marker's from them (mm).
+        per_softness: one over how much that distance may be off (1/mm); 0 where there is none.
+        peak: the evidence where all distances are as expected (nats).
+    """
+
+    place: Float[Array, "references 3 lanes"]
+    distance: Float[Array, "references lanes"]
+    per_softness: Float[Array, "references lanes"]
+    peak: Float[Array, " lanes"]
+
+
+class _Judge(NamedTuple):
+    """All that a lane says of its points, whichever they are.
+
+    Attributes:
+        known: whether enough neighbours are.
+        posed, trusts_pose: whether they give a pose, and whether that says more than distances.
+        predicted: the marker's place by that pose (mm).
+        axis: how much each coordinate of it may be off (mm).
+        peak: the evidence at that place (nats).
+    """
+
+    known: Bool[Array, " lanes"]
+    posed: Bool[Array, " lanes"]
+    trusts_pose: Bool[Array, " lanes"]
+    predicted: Float[Array, "3 lanes"]
+    axis: Float[Array, " lanes"]
+    peak: Float[Array, " lanes"]
+    references: _References
+
+
+def _judge(places, there, shape, own, softness, predicted, deviation) -> _Judge:
+    known = total(there.astype(jnp.int32)) >= MIN_DISTANCES
     posed = jnp.isfinite(deviation)
-    axis = jnp.where(posed, deviation / math.sqrt(3.0), 1.0)  # of one coordinate
-    apart = points - predicted[None]
-    by_pose = jnp.where(posed[None], _log_ratio(jnp.sum(apart * apart, axis=1), axis[None], 3), WORST)
-    by_distance = _by_distance(points, places, there, shape, own, softness)
     vague = deviation > VAGUE * _second_softness(there, softness)
-    evidence = jnp.where((posed & ~vague)[None], by_pose, jnp.maximum(by_distance, by_pose))
-    known = jnp.sum(there, axis=0) >= MIN_DISTANCES
-    return jnp.where(seen & known[None], jnp.maximum(evidence, WORST), jnp.where(seen, UNKNOWN, WORST))
+    axis = jnp.where(posed, deviation / math.sqrt(3.0), 1.0)
+    references = _most_rigid(places, there, shape, own, softness)
+    return _Judge(known, posed, posed & ~vague, predicted, axis, _log_peak(axis, 3), references)
 
 
 def _second_softness(there: Bool[Array, "neighbours lanes"], softness: Float[Array, "neighbours lanes"]):
     """Softness of the second most rigid known neighbour (mm)."""
     second = there & (jnp.cumsum(there, axis=0, dtype=jnp.int32) == 2)
-    return jnp.sum(jnp.where(second, softness, 0.0), axis=0)
-
-
-def _log_ratio(square, deviation, dimensions: int):
-    """Log ratio of a t density of `dimensions` to the uniform background, for a squared distance."""
-    fall = 0.5 * (TAIL + dimensions) * jnp.log1p(square / (TAIL * deviation * deviation))
-    return _log_peak(deviation, dimensions) - fall
+    return total(jnp.where(second, softness, 0.0))
 
 
 def _log_peak(deviation, dimensions: int):
-    """`_log_ratio` at distance zero."""
+    """Log ratio of a t density of `dimensions` to the uniform background, at distance zero."""
     peak = math.lgamma((TAIL + dimensions) / 2) - math.lgamma(TAIL / 2) - 0.5 * dimensions * math.log(TAIL * math.pi)
     return peak + dimensions * (BACKGROUND - jnp.log(deviation))
 
@@ -82,11 +119,11 @@ def _predict(places, there, shape, own, softness, spread):
     for _ in range(ROBUST_ROUNDS):
         fit = rigid_fit_lanes(shape, places, weight)
         off = rotate_lanes(fit.rotation, shape) + fit.translation[None] - places
-        square = jnp.sum(off * off, axis=1) / (ROBUST_SCALE * softness) ** 2
+        square = square_length(off) / (ROBUST_SCALE * softness) ** 2
         weight = base / (1.0 + square) ** 2
     fit = rigid_fit_lanes(shape, places, weight)
     place = rotate_lanes(fit.rotation, own[None])[0] + fit.translation
-    posed = (fit.rank >= 2) & (jnp.sum(there, axis=0) >= MIN_FIT_POINTS)
+    posed = (fit.rank >= 2) & (total(there.astype(jnp.int32)) >= MIN_FIT_POINTS)
     return place, jnp.where(posed, _deviation(shape, own, base, weight, spread), jnp.inf)
 
 
@@ -95,32 +132,41 @@ def _deviation(shape, own, base, weight, spread):
 
     The leverage of the marker grows with its distance from the neighbours in units of their own extent.
     """
-    share = weight / jnp.maximum(jnp.sum(weight, axis=0), 1e-12)[None]
-    middle = jnp.sum(share[:, None] * shape, axis=0)
-    extent = jnp.sum(share * jnp.sum((shape - middle[None]) ** 2, axis=1), axis=0)
-    reach = jnp.sum((own - middle) ** 2, axis=0)
-    softness = jnp.sqrt(1.0 / jnp.maximum(jnp.mean(base, axis=0), 1e-12))
-    lost = 1.0 - jnp.sum(weight, axis=0) / jnp.maximum(jnp.sum(base, axis=0), 1e-12)
+    share = weight / jnp.maximum(total(weight), 1e-12)[None]
+    middle = total(share[:, None] * shape)
+    extent = total(share * square_length(shape - middle[None]))
+    reach = square_length(own - middle)
+    softness = jnp.sqrt(1.0 / jnp.maximum(total(base) / len(base), 1e-12))
+    lost = 1.0 - total(weight) / jnp.maximum(total(base), 1e-12)
     leverage = reach / jnp.maximum(extent, 1.0)
-    few = 1.0 / jnp.maximum(jnp.sum(share > 0.02, axis=0, dtype=share.dtype), 1.0)
+    few = 1.0 / jnp.maximum(total((share > 0.02).astype(share.dtype)), 1.0)
     return jnp.sqrt(spread**2 + softness**2 * few * (0.5 + leverage) * 0.5 + (lost * spread) ** 2)
 
 
-def _by_distance(points, places, there, shape, own, softness):
-    """Evidence from the distances to the three most rigid of the known neighbours."""
-    expected = jnp.sqrt(jnp.sum((shape - own[None]) ** 2, axis=1))
+def _most_rigid(places, there, shape, own, softness) -> _References:
+    expected = jnp.sqrt(square_length(shape - own[None]))
     order = jnp.where(there, jnp.cumsum(there, axis=0, dtype=jnp.int32), 0)  # neighbours are sorted by softness
-    peak = jnp.full(there.shape[1], -MIRROR, points.dtype)
-    spread = jnp.ones((points.shape[0], there.shape[1]), points.dtype)
-    for rank in range(1, MAX_DISTANCES + 1):
-        chosen = order == rank
-        known = jnp.any(chosen, axis=0)
-        place = jnp.sum(jnp.where(chosen[:, None], places, 0.0), axis=0)
-        distance = jnp.sum(jnp.where(chosen, expected, 0.0), axis=0)
-        soft = jnp.where(known, jnp.sum(jnp.where(chosen, softness, 0.0), axis=0), 1.0)
-        apart = points - place[None]
-        error = (jnp.sqrt(jnp.sum(apart * apart, axis=1)) - distance[None]) / soft[None]
-        # One logarithm of the product for all distances: logarithms are what this kernel spends its time on.
-        spread *= jnp.where(known[None], 1.0 + error * error / TAIL, 1.0)
-        peak += jnp.where(known, _log_peak(soft, 1), 0.0)
-    return peak[None] - 0.5 * (TAIL + 1) * jnp.log(spread)
+    chosen = (order[None] == jnp.arange(1, MAX_DISTANCES + 1)[:, None, None]).swapaxes(0, 1)
+    known = functools.reduce(jnp.logical_or, chosen)
+    soft = jnp.where(known, total(jnp.where(chosen, softness[:, None], 0.0)), 1.0)
+    return _References(
+        total(jnp.where(chosen[:, :, None], places[:, None], 0.0)),
+        total(jnp.where(chosen, expected[:, None], 0.0)),
+        jnp.where(known, 1.0 / soft, 0.0),
+        total(jnp.where(known, _log_peak(soft, 1), 0.0)) - MIRROR,
+    )
+
+
+def _by_pose(points, judge: _Judge):
+    """Evidence from how far each point is from the place that the pose predicts."""
+    square = square_length(points - judge.predicted[None]) / (TAIL * judge.axis * judge.axis)[None]
+    return jnp.where(judge.posed[None], judge.peak[None] - 0.5 * (TAIL + 3) * jnp.log1p(square), WORST)
+
+
+def _by_distance(points, references: _References):
+    """Evidence from the distances to the most rigid of the known neighbours."""
+    apart = jnp.sqrt(square_length(points[:, None] - references.place[None]))
+    error = (apart - references.distance[None]) * references.per_softness[None]
+    # One logarithm of the product for all distances: logarithms are what this kernel spends its time on.
+    spread = functools.reduce(jnp.multiply, (1.0 + error * error / TAIL).swapaxes(0, 1))
+    return references.peak[None] - 0.5 * (TAIL + 1) * jnp.log(spread)

@@ -8,12 +8,13 @@ NaN.
 """
 
 import math
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
+
+from dshpm_jax._kernels.fusing import opaque_true, stored, total
 
 MIN_SPREAD = 12.0
 """Millimetres (RMS) that points must spread along an axis for the axis to count towards the rank."""
@@ -27,6 +28,10 @@ CHUNK_LANES = 1024  # more lanes at once spill the intermediate arrays from the 
 
 _Lanes = Float[Array, "lanes"]
 _Vectors = Float[Array, "3 lanes"]
+_Frame = tuple[_Vectors, _Vectors, _Vectors]
+_Points = tuple[
+    Float[Array, "markers 3 lanes"], Float[Array, "markers 3 lanes"], Float[Array, "markers lanes"], _Vectors, _Vectors
+]  # model, data, weights, and the means of the first two
 _Columns = tuple[Float[Array, "6 lanes"], Float[Array, "6 lanes"], Float[Array, "6 lanes"]]
 
 
@@ -87,31 +92,15 @@ def rigid_fit_lanes(
 
     Our reading: under 3 points or a second singular value below 12 mm RMS there is no pose; the rank is then below 2.
     """
-    model, data, weights = _usable(model, data, weights)
-    total, model_mean, data_mean = _total(lambda m, d, w: (w, w[None] * m, w[None] * d), model, data, weights)
-    per_weight = 1 / jnp.where(total > 0, total, 1)
-    model_mean, data_mean = model_mean * per_weight[None], data_mean * per_weight[None]
-
-    def covariance(m, d, w):
-        return (w[None] * (d - data_mean))[:, None] * (m - model_mean)[None]
-
-    u, v, spread = _dominant_pair(_total(covariance, model, data, weights) * per_weight[None, None])
-    (u2, u3), (v2, v3) = _perpendiculars(u), _perpendiculars(v)
-
-    def about_axis(m, d, w):
-        m, d = m - model_mean, d - data_mean
-        m2, m3, d2, d3 = _dot(v2, m), _dot(v3, m), _dot(u2, d), _dot(u3, d)
-        return w * (m2 * d2 + m3 * d3), w * (m2 * d3 - m3 * d2)
-
+    weights = _usable(model, data, weights)
+    always = opaque_true(weights)
+    per_weight, model_mean, data_mean = stored(always, _means, model, data, weights)
+    points = model, data, weights, model_mean, data_mean
+    u, v, spread = _dominant_pair(stored(always, _covariance, points, per_weight))
+    frames = stored(always, _frames, u, v)
     # The covariance holds squares, so a spread of 1e-4 of the largest drowns in its rounding; the points still show it.
-    c, s = _cosine_and_sine(*_total(about_axis, model, data, weights))
-    rotation = _outer(u, v) + _outer(c[None] * u2 + s[None] * u3, v2) + _outer(c[None] * u3 - s[None] * u2, v3)
-
-    def residuals(m, d, w):
-        r = d - data_mean - rotate_lanes(rotation, (m - model_mean)[None])[0]
-        return w[None] * r, w[None] * r * r
-
-    left, square = (x * per_weight[None] for x in _total(residuals, model, data, weights))
+    rotation = stored(always, _turned, frames, stored(always, _sides_of_turn, points, frames))
+    left, square = stored(always, _residuals, points, rotation, per_weight)
     # The means are rounded at the size of the coordinates, the residuals only at their own: what is left is put right.
     translation = data_mean + (left - rotate_lanes(rotation, model_mean[None])[0])
     rms = jnp.sqrt(jnp.maximum((square - left**2).sum(0), 0))
@@ -144,26 +133,59 @@ def _in_chunks(model, data, weights, min_spread) -> RigidFit:
     return RigidFit(*(jnp.moveaxis(x, 0, -2).reshape(*x.shape[1:-1], -1)[..., :lanes] for x in fit))
 
 
-def _usable(model, data, weights):
-    """The same with zeros wherever a marker has no weight or no finite position."""
+def _usable(model, data, weights) -> Float[Array, "markers lanes"]:
+    """The weights, 0 wherever a marker has none or no finite position."""
     size = sum(jnp.abs(x[:, k]) for x in (model, data) for k in range(3))
-    used = (weights > 0) & (size < FARTHEST)
-    return jnp.where(used[:, None], model, 0), jnp.where(used[:, None], data, 0), jnp.where(used, weights, 0)
+    return jnp.where((weights > 0) & (size < FARTHEST), weights, 0)
 
 
-def _total(term: Callable, model, data, weights) -> Any:
-    """Sum of `term(model[i], data[i], weights[i])` over the markers.
+def _means(model, data, weights) -> tuple[_Lanes, _Vectors, _Vectors]:
+    """One over the sum of the weights, and the weighted means of model and data."""
+    weight = total(weights)
+    per_weight = 1 / jnp.where(weight > 0, weight, 1)
+    used = (weights > 0)[:, None]
+    model, data = (total(weights[:, None] * jnp.where(used, x, 0)) * per_weight[None] for x in (model, data))
+    return per_weight, model, data
 
-    A loop, although it is short: unrolled, XLA computes what is shared (the means, the rotation) once for every marker
-    and every element of the sum, which takes twice as long.
-    """
-    like = jax.eval_shape(term, model[0], data[0], weights[0])
-    zero = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), like)
 
-    def add(i, sums):
-        return jax.tree.map(jnp.add, sums, term(model[i], data[i], weights[i]))
+def _centred(points: _Points) -> tuple[Float[Array, "markers 3 lanes"], Float[Array, "markers 3 lanes"]]:
+    """Model and data from their means, 0 where nothing has weight."""
+    model, data, weights, model_mean, data_mean = points
+    used = (weights > 0)[:, None]
+    return jnp.where(used, model - model_mean[None], 0), jnp.where(used, data - data_mean[None], 0)
 
-    return jax.lax.fori_loop(0, model.shape[0], add, zero)
+
+def _covariance(points: _Points, per_weight: _Lanes) -> Float[Array, "3 3 lanes"]:
+    model, data = _centred(points)
+    return total((points[2][:, None] * data)[:, :, None] * model[:, None]) * per_weight[None, None]
+
+
+def _frames(u: _Vectors, v: _Vectors) -> tuple[_Frame, _Frame]:
+    """Axes of data and of model, of which the rotation carries the first ones into each other."""
+    return (u, *_perpendiculars(u)), (v, *_perpendiculars(v))
+
+
+def _sides_of_turn(points: _Points, frames: tuple[_Frame, _Frame]) -> tuple[_Lanes, _Lanes]:
+    """Adjacent and opposite side of the best turn about the first axis, a fit in the plane."""
+    (_, u2, u3), (_, v2, v3) = frames
+    model, data = (x.swapaxes(0, 1) for x in _centred(points))
+    m2, m3, d2, d3 = (_dot(axis[:, None], x) for axis, x in ((v2, model), (v3, model), (u2, data), (u3, data)))
+    return total(points[2] * (m2 * d2 + m3 * d3)), total(points[2] * (m2 * d3 - m3 * d2))
+
+
+def _turned(frames: tuple[_Frame, _Frame], sides: tuple[_Lanes, _Lanes]) -> Float[Array, "3 3 lanes"]:
+    """The rotation that carries the model's first axis to the data's and turns the others by the angle of `sides`."""
+    (u, u2, u3), (v, v2, v3) = frames
+    c, s = _cosine_and_sine(*sides)
+    return _outer(u, v) + _outer(c[None] * u2 + s[None] * u3, v2) + _outer(c[None] * u3 - s[None] * u2, v3)
+
+
+def _residuals(points: _Points, rotation, per_weight: _Lanes) -> tuple[_Vectors, _Vectors]:
+    """Weighted means of the residuals without translation, and of their squares."""
+    model, data = _centred(points)
+    residual = data - rotate_lanes(rotation, model)
+    share = (points[2] * per_weight[None])[:, None]
+    return total(share * residual), total(share * residual * residual)
 
 
 def _dominant_pair(covariance: Float[Array, "3 3 lanes"]) -> tuple[_Vectors, _Vectors, _Vectors]:
