@@ -13,7 +13,7 @@ from dshpm_jax._types import NO_MATCH
 
 logger = logging.getLogger(__name__)
 
-SAMPLED_FRAMES = 200  # pairs of consecutive frames on which the columns are judged
+SAMPLED_FRAMES = 60  # pairs of consecutive frames on which the columns are judged
 OWN_NEAREST = 0.25  # share of points, beyond chance, that must be nearest to their own column's next point
 JUMP = 60.0  # mm beyond what acceleration explains: a column that leaves its course by more is cut
 RIVAL_RATIO = 3.0  # a column is cut where another's next point is this many times nearer to its course
