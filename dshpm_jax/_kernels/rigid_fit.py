@@ -29,9 +29,6 @@ CHUNK_LANES = 1024  # more lanes at once spill the intermediate arrays from the 
 _Lanes = Float[Array, "lanes"]
 _Vectors = Float[Array, "3 lanes"]
 _Frame = tuple[_Vectors, _Vectors, _Vectors]
-_Points = tuple[
-    Float[Array, "markers 3 lanes"], Float[Array, "markers 3 lanes"], Float[Array, "markers lanes"], _Vectors, _Vectors
-]  # model, data, weights, and the means of the first two
 _Columns = tuple[Float[Array, "6 lanes"], Float[Array, "6 lanes"], Float[Array, "6 lanes"]]
 
 
@@ -49,6 +46,16 @@ class RigidFit(NamedTuple):
     translation: Float[Array, "*batch 3"]
     rms: Float[Array, "*batch"]
     rank: Int[Array, "*batch"]
+
+
+class _Points(NamedTuple):
+    """What is fitted to what, and its weighted means."""
+
+    model: Float[Array, "markers 3 lanes"]
+    data: Float[Array, "markers 3 lanes"]
+    weights: Float[Array, "markers lanes"]
+    model_mean: _Vectors
+    data_mean: _Vectors
 
 
 def rigid_fit(
@@ -95,7 +102,7 @@ def rigid_fit_lanes(
     weights = _usable(model, data, weights)
     always = opaque_true(weights)
     per_weight, model_mean, data_mean = stored(always, _means, model, data, weights)
-    points = model, data, weights, model_mean, data_mean
+    points = _Points(model, data, weights, model_mean, data_mean)
     u, v, spread = _dominant_pair(stored(always, _covariance, points, per_weight))
     frames = stored(always, _frames, u, v)
     # The covariance holds squares, so a spread of 1e-4 of the largest drowns in its rounding; the points still show it.
@@ -103,7 +110,7 @@ def rigid_fit_lanes(
     left, square = stored(always, _residuals, points, rotation, per_weight)
     # The means are rounded at the size of the coordinates, the residuals only at their own: what is left is put right.
     translation = data_mean + (left - rotate_lanes(rotation, model_mean[None])[0])
-    rms = jnp.sqrt(jnp.maximum((square - left**2).sum(0), 0))
+    rms = jnp.sqrt(jnp.maximum(total(square - left**2), 0))
     return RigidFit(rotation, translation, rms, (spread >= min_spread**2).sum(0, dtype=jnp.int32))
 
 
@@ -140,7 +147,7 @@ def _usable(model, data, weights) -> Float[Array, "markers lanes"]:
 
 
 def _means(model, data, weights) -> tuple[_Lanes, _Vectors, _Vectors]:
-    """One over the sum of the weights, and the weighted means of model and data."""
+    """One over the sum of the weights (1 where that is 0), and the weighted means of model and data."""
     weight = total(weights)
     per_weight = 1 / jnp.where(weight > 0, weight, 1)
     used = (weights > 0)[:, None]
@@ -150,14 +157,14 @@ def _means(model, data, weights) -> tuple[_Lanes, _Vectors, _Vectors]:
 
 def _centred(points: _Points) -> tuple[Float[Array, "markers 3 lanes"], Float[Array, "markers 3 lanes"]]:
     """Model and data from their means, 0 where nothing has weight."""
-    model, data, weights, model_mean, data_mean = points
-    used = (weights > 0)[:, None]
-    return jnp.where(used, model - model_mean[None], 0), jnp.where(used, data - data_mean[None], 0)
+    used = (points.weights > 0)[:, None]
+    model, data = points.model - points.model_mean[None], points.data - points.data_mean[None]
+    return jnp.where(used, model, 0), jnp.where(used, data, 0)
 
 
 def _covariance(points: _Points, per_weight: _Lanes) -> Float[Array, "3 3 lanes"]:
     model, data = _centred(points)
-    return total((points[2][:, None] * data)[:, :, None] * model[:, None]) * per_weight[None, None]
+    return total((points.weights[:, None] * data)[:, :, None] * model[:, None]) * per_weight[None, None]
 
 
 def _frames(u: _Vectors, v: _Vectors) -> tuple[_Frame, _Frame]:
@@ -170,7 +177,7 @@ def _sides_of_turn(points: _Points, frames: tuple[_Frame, _Frame]) -> tuple[_Lan
     (_, u2, u3), (_, v2, v3) = frames
     model, data = (x.swapaxes(0, 1) for x in _centred(points))
     m2, m3, d2, d3 = (_dot(axis[:, None], x) for axis, x in ((v2, model), (v3, model), (u2, data), (u3, data)))
-    return total(points[2] * (m2 * d2 + m3 * d3)), total(points[2] * (m2 * d3 - m3 * d2))
+    return total(points.weights * (m2 * d2 + m3 * d3)), total(points.weights * (m2 * d3 - m3 * d2))
 
 
 def _turned(frames: tuple[_Frame, _Frame], sides: tuple[_Lanes, _Lanes]) -> Float[Array, "3 3 lanes"]:
@@ -184,7 +191,7 @@ def _residuals(points: _Points, rotation, per_weight: _Lanes) -> tuple[_Vectors,
     """Weighted means of the residuals without translation, and of their squares."""
     model, data = _centred(points)
     residual = data - rotate_lanes(rotation, model)
-    share = (points[2] * per_weight[None])[:, None]
+    share = (points.weights * per_weight[None])[:, None]
     return total(share * residual), total(share * residual * residual)
 
 
