@@ -3,7 +3,7 @@
 import dataclasses
 import hashlib
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -57,8 +57,8 @@ def find_jobs(inputs: Sequence[Path], models: Sequence[Path], out: Path, same_fo
     jobs = [job for given in inputs for job in _jobs_of(given, tuple(models), out)]
     if same_format:
         jobs = [dataclasses.replace(job, target=job.target.with_suffix(job.source.suffix)) for job in jobs]
-    jobs = _without_clashes(list({job.source.resolve(): job for job in jobs}.values()))
-    originals = {job.source.resolve() for job in jobs}
+    own = _once_each(jobs)
+    jobs, originals = _without_clashes(list(own.values())), own.keys()
     for place in (*(job.target for job in jobs), SUMMARY_NAME):
         if (out / place).resolve() in originals:
             raise UsageError(f"{out / place}: would overwrite an input; give another folder for the results")
@@ -115,11 +115,20 @@ def _closed(error: OSError, given: Path) -> Job:
 
 
 def _recordings(folder: Path, out: Path, closed: list[OSError]) -> Iterator[Path]:
-    for here, folders, files in os.walk(folder, onerror=closed.append):
-        folders[:] = sorted(f for f in folders if not f.startswith(".") and (Path(here) / f).resolve() != out)
-        for name in sorted(files):
-            if not name.startswith(".") and io.may_be_recording(Path(here) / name):
-                yield Path(here) / name
+    """What may be recordings, folder by folder; linked folders last, unless they lead to what is searched anyway."""
+    tops, searched = [folder], []
+    for top in tops:
+        real = top.resolve()
+        if top != folder and any(real.is_relative_to(x) or x.is_relative_to(real) for x in (*searched, out)):
+            continue
+        searched.append(real)
+        for here, folders, files in os.walk(top, onerror=closed.append):
+            inside = [Path(here) / name for name in sorted(folders) if not name.startswith(".")]
+            tops += [path for path in inside if path.is_symlink()]  # os.walk lists links but does not follow them
+            folders[:] = [path.name for path in inside if path.resolve() != out]
+            for name in sorted(files):
+                if not name.startswith(".") and io.may_be_recording(Path(here) / name):
+                    yield Path(here) / name
 
 
 def _nearest_model(folder: Path, top: Path) -> tuple[Path, ...]:
@@ -129,6 +138,16 @@ def _nearest_model(folder: Path, top: Path) -> tuple[Path, ...]:
         if here == top:
             break
     return ()
+
+
+def _once_each(jobs: Iterable[Job]) -> dict[Path, Job]:
+    """The jobs by the files that they are of; of several, the first that is not by a link to the file counts."""
+    own: dict[Path, Job] = {}
+    for job in jobs:
+        real = job.source.resolve()
+        if real not in own or (own[real].source.is_symlink() and not job.source.is_symlink()):
+            own[real] = job
+    return own
 
 
 def _without_clashes(jobs: list[Job]) -> list[Job]:

@@ -132,6 +132,28 @@ def test_a_file_given_twice_is_labelled_once(archive, tmp_path):
     assert len(find_jobs([archive / "bob", archive / "bob" / "run.c3d"], (), tmp_path / "out")) == 1
 
 
+def test_linked_folders_are_searched_once(archive, tmp_path):
+    (tmp_path / "store").mkdir()
+    (archive / "bob").rename(tmp_path / "store" / "bob")
+    out = tmp_path / "out"
+    out.mkdir()
+    try:
+        for name, target in {
+            "bob": tmp_path / "store" / "bob",  # elsewhere
+            "again": tmp_path / "store" / "bob",
+            "ann/up": archive,
+            "ann/out": out,
+            "all": tmp_path,
+        }.items():
+            (archive / name).symlink_to(target, target_is_directory=True)
+        (archive / "a first name.c3d").symlink_to(archive / "ann" / "walk.c3d")
+    except OSError:
+        pytest.skip("no links can be made here")
+    io.write_c3d(make_recording(10), out / "result.c3d")
+    places = [job.target.as_posix() for job in find_jobs([archive, archive / "ann" / "walk.c3d"], (), out)]
+    assert sorted(places) == ["again/run.c3d", "ann/day 2/walk.c3d", "ann/walk.c3d", "eve/jump.c3d"]
+
+
 def test_few_labels_are_not_success(archive, tmp_path, labeller):
     io.write_model(make_model([*MARKERS, *"ABCDEF"]), archive / "bob" / "model.json")
     outcome = run(archive, tmp_path / "out")["bob/run.c3d"]
