@@ -16,7 +16,7 @@ from dshpm_jax._settings import Settings
 from dshpm_jax.io import WriteError
 from dshpm_jax.report._run_page import write_run_page
 
-BATCH_FILES = 8  # in one batch; more fill the kernels hardly better
+BATCH_FILES = 16  # in one batch; twice as many fill the kernels hardly better
 BATCH_BYTES = 16 << 20  # of files in one batch, which bounds its memory and what is lost if it is interrupted
 
 _REMEDY = "the same command makes it again from the results"
@@ -95,20 +95,25 @@ def what_is_due(jobs: Iterable[Job], order: Order, rows: Mapping[str, Row]) -> I
 def _steps(jobs: Sequence[Job], order: Order, rows: Mapping[str, Row]) -> Iterator[Step]:
     """Recordings of like size together, so that little of a batch is padding."""
     sizes = {job: _size(job.source) for job in jobs}
-    most = min(BATCH_FILES, math.ceil(len(jobs) / (2 * order.workers)) if order.workers > 1 else BATCH_FILES)
     batch: list[Job] = []
+    most = _most(len(jobs), order.workers)
     small_first = sorted(jobs, key=lambda job: (sizes[job], str(job.source)))
-    for due in what_is_due(small_first, order, rows):
+    for seen, due in enumerate(what_is_due(small_first, order, rows)):
         if isinstance(due, Outcome):
             yield due
             continue
         total = sum(sizes[job] for job in batch) + sizes[due.job]
-        if batch and (len(batch) == most or total > BATCH_BYTES):
+        if batch and (len(batch) >= most or total > BATCH_BYTES):
             yield batch
-            batch = []
+            batch, most = [], _most(len(jobs) - seen, order.workers)
         batch.append(due.job)
     if batch:
         yield batch
+
+
+def _most(left: int, workers: int) -> int:
+    """Files of the next batch, of those left: towards the end fewer, so that all workers end at about the same time."""
+    return BATCH_FILES if workers == 1 else min(BATCH_FILES, math.ceil(left / (2 * workers)))
 
 
 def _size(path: Path) -> int:
