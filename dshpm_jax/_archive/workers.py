@@ -29,7 +29,7 @@ _CONFIG = {
     "distributed.worker.memory.terminate": 0.95,
     "distributed.worker.multiprocessing-method": "spawn",
     # By default memory goes back to the system after every array, which takes half as long as all of labelling.
-    "distributed.nanny.pre-spawn-environ": {"OMP_NUM_THREADS": 1, "OPENBLAS_NUM_THREADS": 1, "MKL_NUM_THREADS": 1},
+    "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": None,
     "distributed.worker.profile.enabled": False,
     "distributed.deploy.lost-worker-timeout": "60s",
     "distributed.comm.timeouts.connect": f"{CONNECT_SECONDS}s",
