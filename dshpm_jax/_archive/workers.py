@@ -30,7 +30,7 @@ _CONFIG = {
     "distributed.worker.multiprocessing-method": "spawn",
     # By default memory goes back to the system after every array, which takes half as long as all of labelling.
     "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": None,
-    "distributed.worker.profile.enabled": False,
+    "distributed.worker.profile.enabled": False,  # a look at what each worker does, a hundred times a second
     "distributed.deploy.lost-worker-timeout": "60s",
     "distributed.comm.timeouts.connect": f"{CONNECT_SECONDS}s",
 }
