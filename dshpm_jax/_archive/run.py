@@ -103,7 +103,7 @@ def _steps(jobs: Sequence[Job], order: Order, rows: Mapping[str, Row]) -> Iterat
             yield due
             continue
         total = sum(sizes[job] for job in batch) + sizes[due.job]
-        if batch and (len(batch) >= most or total > BATCH_BYTES):
+        if batch and (len(batch) == most or total > BATCH_BYTES):
             yield batch
             batch, most = [], _most(len(jobs) - seen, order.workers)
         batch.append(due.job)

@@ -161,26 +161,25 @@ def test_few_labels_are_not_success(archive, tmp_path, labeller):
     assert (tmp_path / "out" / "bob" / "run.c3d").exists()
 
 
-def test_batches_are_bounded(tmp_path, labeller):
+@pytest.fixture
+def twenty(tmp_path):
     folder = tmp_path / "archive"
     folder.mkdir()
     for k in range(20):
         io.write_c3d(make_recording(10, seed=k), folder / f"{k:02}.c3d")
     io.write_model(make_model(MARKERS), folder / "model.json")
-    outcomes = run(folder, tmp_path / "out")
+    return folder
+
+
+def test_batches_are_bounded(twenty, tmp_path, labeller):
+    outcomes = run(twenty, tmp_path / "out")
     assert labeller == [16, 4] and list(outcomes) == [f"{k:02}.c3d" for k in range(20)]
     assert np.all([o.ok for o in outcomes.values()])
 
 
-def test_batches_of_several_workers_grow_smaller(tmp_path, labeller):
+def test_batches_of_several_workers_grow_smaller(twenty, tmp_path, labeller):
     """A worker that has nothing left waits only for small batches of the others."""
-    folder = tmp_path / "archive"
-    folder.mkdir()
-    for k in range(20):
-        io.write_c3d(make_recording(10, seed=k), folder / f"{k:02}.c3d")
-    io.write_model(make_model(MARKERS), folder / "model.json")
-    out = tmp_path / "out"
-    outcomes = list(label_archive(find_jobs([folder], (), out), Order(out, workers=2)))
+    outcomes = run(twenty, tmp_path / "out", workers=2)
     assert labeller == [5, 4, 3, 2, 2, 1, 1, 1, 1] and len(outcomes) == 20
 
 
