@@ -13,12 +13,6 @@ from dshpm_jax._recording import Recording
 from dshpm_jax._trajectories import Trajectories, by_marker
 from dshpm_jax._types import NO_MATCH
 
-POOR_FIT = 0.8
-"""With less of the evidence that right labels usually hold (`Labelling.stats["model_fit"]`) the model is doubtful: of
-107 labellings of public recordings with a model of the subject, 102 held .82 or more, and five less, by the static
-alone of somebody who then climbs or sprints; of 15 with the model of another subject or of markers placed anew, 13 held
-less."""
-
 
 class Reason(StrEnum):
     """Why a trajectory has its label or none.
@@ -47,7 +41,7 @@ class Labelling:
         confidence: for each trajectory, 0 to 1, how sure the decision is.
         reason: for each trajectory, why.
         stats: figures of the run: "svd_count" (rigid fits, section 5.2.3), and of the full method "model_fit", the
-            evidence that the labels hold against what right ones usually do; see `POOR_FIT`.
+            evidence that the labels hold against what right ones usually do; see `Tuning.poor_fit_below`.
         could_be: for each trajectory the markers, besides its label, that it may be: the label that is withheld from
             it, and the one that it would be exchanged with; `NO_MATCH` beyond. Only the full method knows any.
     """

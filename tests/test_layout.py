@@ -8,7 +8,7 @@ from pathlib import Path
 PACKAGE = Path(__file__).resolve().parents[1] / "dshpm_jax"
 
 LEVELS = [
-    {"_messages", "_types", "_console", "_compile_cache"},
+    {"_messages", "_types", "_console", "_compile_cache", "_numbers", "_null_model", "_buckets"},
     {"_recording", "_trajectories", "_hierarchy", "_settings", "_model_building"},
     {"_model", "_scoring", "_subjects"},
     {"_labelling", "_requests"},
@@ -53,6 +53,11 @@ def test_imports_never_go_upwards():
 
 def test_importing_the_package_leaves_jax_out():
     code = "import sys, dshpm_jax, dshpm_jax.io; sys.exit('jax' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code]).returncode == 0
+
+
+def test_control_imports_no_jax():
+    code = "import sys, dshpm_jax._control.methods, dshpm_jax._control.uses.incremental; sys.exit('jax' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code]).returncode == 0
 
 
