@@ -39,6 +39,7 @@ def _parser() -> argparse.ArgumentParser:
 
     demo = commands.add_parser("demo", help="a capture made on the spot, labelled, scored and drawn")
     demo.add_argument("-o", dest="out", type=Path, metavar="OUT", help="folder for what it makes")
+    demo.add_argument("--archive", action="store_true", help="write a small archive to try every command on instead")
     demo.set_defaults(run=_demo)
 
     model = commands.add_parser("model", help="a marker model from labelled recordings of the subject")
@@ -78,9 +79,11 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _demo(arguments: argparse.Namespace) -> int:
-    cache_programs()
-    from dshpm_jax._demo import run
-
+    if arguments.archive:
+        from dshpm_jax._demo.archive import run
+    else:
+        cache_programs()
+        from dshpm_jax._demo.capture import run
     return run(arguments.out)
 
 
