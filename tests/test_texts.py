@@ -8,6 +8,7 @@ import shlex
 import subprocess
 import sys
 import tomllib
+from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -71,20 +72,27 @@ def environment(tmp_path_factory):
 
 @each_guide
 def test_blocks_run_in_order(path, tmp_path, environment):
-    """Shell in order, with what it is said to print and its status; then all Python, as one program."""
-    said = ""
-    for block in blocks(path):
+    """Shell in order, then all Python as one program; a block of text is part of what the block before it printed."""
+    said, of_program = "", []
+    for before, block in pairwise([Block("", "", ""), *blocks(path)]):
         if block.language == "sh":
             status, said = run(["bash", "-uo", "pipefail", "-c", block.text], tmp_path, environment)
             assert status == int(block.more.removeprefix("status=") or 0), f"{block.text}{said}"
+        elif block.language == "text" and before.language == "python":
+            of_program += block.text.splitlines()
         elif block.language == "text":
-            assert not (lacking := [line for line in block.text.splitlines() if line not in said]), (lacking, said)
+            assert_said(block.text.splitlines(), said)
         elif block.language == "toml":
             (tmp_path / write_name(block)).write_text(block.text)
-    if program := "\n".join(block.text for block in blocks(path) if block.language == "python" and not block.more):
-        (tmp_path / "program.py").write_text(program)
-        status, said = run([sys.executable, "-W", "error", "program.py"], tmp_path, environment)
-        assert status == 0, said
+    program = "\n".join(block.text for block in blocks(path) if block.language == "python" and not block.more)
+    (tmp_path / "program.py").write_text(program)
+    status, said = run([sys.executable, "-W", "error", "program.py"], tmp_path, environment) if program else (0, "")
+    assert status == 0, said
+    assert_said(of_program, said)
+
+
+def assert_said(lines: list[str], said: str) -> None:
+    assert not (lacking := [line for line in lines if line not in said]), (lacking, said)
 
 
 def run(command: list[str], folder: Path, environment: dict[str, str]) -> tuple[int, str]:
@@ -194,5 +202,17 @@ def sentences(text: str) -> list[str]:
 
 
 def test_long_sentences_are_found():
-    assert [len(s.split()) for s in sentences("- One two. Three\nfour five.\n- Six\n\n| seven eight | nine |")] != []
+    assert sentences("- One two. Three\nfour five.\n- Six")[-3:] == ["- One two.", "Three four five.", "- Six"]
     assert max(len(s.split()) for s in sentences("word " * 41 + "end. Short one.")) == 42
+
+
+def test_every_bench_has_a_row():
+    rows = set(re.findall(r"^\| `(\w+\.py)", (HOME / "bench" / "README.md").read_text(), re.MULTILINE))
+    scripts = {path.name for path in (HOME / "bench").glob("*.py") if not path.name.startswith("_")}
+    assert rows == scripts
+
+
+@each_text
+def test_scripts_are_there(path):
+    named = re.findall(r"python ((?:bench|tests)/[\w/]+\.py)", path.read_text())
+    assert not [name for name in named if not (HOME / name).is_file()]
