@@ -16,7 +16,8 @@ LEVELS = [
     {"_driver", "_control", "_pretracking"},
     {"_label", "_live", "_check"},
     {"evaluation", "report", "_reconstruction"},
-    {"_archive", "_checking", "_demo", "_experiments", "_reconstructing", "_viewing"},
+    {"_archive", "_demo", "_experiments"},
+    {"_commands"},
     {"__main__", "__init__"},
 ]
 LEVEL = {name: k for k, names in enumerate(LEVELS) for name in names}

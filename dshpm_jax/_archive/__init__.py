@@ -1,7 +1,6 @@
 """Runs over files and folders: what is to be labelled with which model, where, and what became of it."""
 
 from dshpm_jax._archive.jobs import Job as Job
-from dshpm_jax._archive.jobs import UsageError as UsageError
 from dshpm_jax._archive.jobs import find_jobs as find_jobs
 from dshpm_jax._archive.jobs import in_shard as in_shard
 from dshpm_jax._archive.outcomes import FAILED as FAILED

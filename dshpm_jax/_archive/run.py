@@ -7,11 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from dshpm_jax._archive.batch import label_batch
-from dshpm_jax._archive.jobs import Job, UsageError
+from dshpm_jax._archive.jobs import Job
 from dshpm_jax._archive.manifest import Manifest, Row
 from dshpm_jax._archive.outcomes import Outcome
 from dshpm_jax._archive.results import remove_unfinished
 from dshpm_jax._archive.standing import Due, Standing
+from dshpm_jax._messages import UsageError
 from dshpm_jax._settings import Settings
 from dshpm_jax.io import WriteError
 from dshpm_jax.report._run_page import write_run_page

@@ -10,8 +10,8 @@ from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from dshpm_jax._archive.jobs import UsageError
 from dshpm_jax._console import complain
+from dshpm_jax._messages import UsageError
 
 if TYPE_CHECKING:
     from distributed import Client

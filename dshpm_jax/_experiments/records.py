@@ -10,8 +10,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, cast
 
-from dshpm_jax._archive import UsageError
 from dshpm_jax._experiments.trials import Outcome, Point
+from dshpm_jax._messages import UsageError
 from dshpm_jax._settings import Method
 from dshpm_jax.io._atomic import write_whole
 

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from dshpm_jax import io
-from dshpm_jax._archive import UsageError
 from dshpm_jax._experiments import complexity, corruption, distortion, table1
 from dshpm_jax._experiments.figures import style
 from dshpm_jax._experiments.processes import Batch, run_apart
@@ -14,6 +13,7 @@ from dshpm_jax._experiments.records import Records, refuse_foreign
 from dshpm_jax._experiments.statistics import rate_of, times_of
 from dshpm_jax._experiments.subjects import Subject, recorded, synthetic
 from dshpm_jax._experiments.trials import NAMES, SIDE_BY_SIDE, Plan, Point, run_trials, warm_up
+from dshpm_jax._messages import UsageError
 
 DENSITIES = (30, 50)  # markers, section 5.2
 TRIALS = {"table1": 20, "distortion": 500, "corruption": 500, "complexity": 500}

@@ -14,9 +14,10 @@ from planted_faults import CRASHES, EATS_MEMORY, RAISES, PlantedFaults
 from running import MARKERS
 
 from dshpm_jax import io
-from dshpm_jax._archive import FAILED, LABELLED, Order, UsageError, find_jobs, label_archive
+from dshpm_jax._archive import FAILED, LABELLED, Order, find_jobs, label_archive
 from dshpm_jax._archive.flight import label_on
 from dshpm_jax._archive.workers import MOST_STILLBORN, Nursery, Workers, local_workers, workers_of
+from dshpm_jax._messages import UsageError
 
 MEMORY = 600 << 20  # bytes; a worker without jax takes a fifth of it
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from dshpm_jax._compile_cache import cache_programs
 
+ABOUT = "the paper's experiments, with tables and figures"
 NAMES = ("table1", "distortion", "corruption", "complexity")
 
 

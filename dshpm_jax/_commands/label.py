@@ -9,15 +9,19 @@ from functools import partial
 from pathlib import Path
 
 from dshpm_jax._archive.flight import label_on
-from dshpm_jax._archive.jobs import Job, UsageError, find_jobs, in_shard
+from dshpm_jax._archive.jobs import Job, find_jobs, in_shard
 from dshpm_jax._archive.manifest import known_rows
 from dshpm_jax._archive.progress import Progress, log_to
 from dshpm_jax._archive.run import Order, Place, label_archive, label_here, what_is_due
 from dshpm_jax._archive.standing import Due
 from dshpm_jax._archive.workers import local_workers, workers_of
+from dshpm_jax._commands.statuses import FAILURES, OK
 from dshpm_jax._console import add_unlabelled, complain, say
+from dshpm_jax._messages import UsageError
 from dshpm_jax._settings import Settings
 from dshpm_jax.io import WriteError
+
+ABOUT = "labels recordings"
 
 
 def add_options(label: argparse.ArgumentParser) -> None:
@@ -108,7 +112,7 @@ def _label(jobs: Sequence[Job], order: Order, place: Place) -> int:
         whole = False
     finally:
         progress.end(order.out)
-    return 0 if whole and progress.all_labelled else 1
+    return OK if whole and progress.all_labelled else FAILURES
 
 
 def _say_what_is_due(jobs: Sequence[Job], order: Order) -> int:
@@ -128,7 +132,7 @@ def _say_what_is_due(jobs: Sequence[Job], order: Order) -> int:
         else:
             num_wrong += 1
     say(f"{num_due} of {len(jobs)} recordings would be labelled")
-    return 1 if num_wrong else 0
+    return FAILURES if num_wrong else OK
 
 
 def _settings(arguments: argparse.Namespace) -> Settings:
