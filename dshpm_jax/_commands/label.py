@@ -8,12 +8,12 @@ from contextlib import closing
 from functools import partial
 from pathlib import Path
 
-from dshpm_jax._archive.flight import label_on
+from dshpm_jax._archive.dispatcher import label_on
 from dshpm_jax._archive.jobs import Job, find_jobs, in_shard
 from dshpm_jax._archive.manifest import known_rows
 from dshpm_jax._archive.progress import Progress, log_to
-from dshpm_jax._archive.run import Order, Place, label_archive, label_here, what_is_due
-from dshpm_jax._archive.standing import Due
+from dshpm_jax._archive.result_status import Due
+from dshpm_jax._archive.run import Executor, Order, label_archive, label_here, what_is_due
 from dshpm_jax._archive.workers import local_workers, workers_of
 from dshpm_jax._commands.statuses import FAILURES, OK
 from dshpm_jax._console import add_unlabelled, complain, say
@@ -85,13 +85,13 @@ def run(arguments: argparse.Namespace) -> int:
         return _say_what_is_due(jobs, order)
     log = log_to(arguments.log_file) if arguments.log_file else None
     try:
-        return _label(jobs, order, _place(arguments))
+        return _label(jobs, order, _executor(arguments))
     finally:
         if log:
             log.close()
 
 
-def _place(arguments: argparse.Namespace) -> Place:
+def _executor(arguments: argparse.Namespace) -> Executor:
     """Where to label."""
     if arguments.workers:
         return label_on(partial(local_workers, arguments.workers))
@@ -100,11 +100,11 @@ def _place(arguments: argparse.Namespace) -> Place:
     return label_here
 
 
-def _label(jobs: Sequence[Job], order: Order, place: Place) -> int:
+def _label(jobs: Sequence[Job], order: Order, executor: Executor) -> int:
     progress = Progress(jobs)
     whole = True
     try:
-        with closing(label_archive(jobs, order, place)) as outcomes:
+        with closing(label_archive(jobs, order, executor)) as outcomes:
             for outcome in outcomes:
                 progress.take(outcome)
     except WriteError as error:
