@@ -16,6 +16,7 @@ from dshpm_jax._archive.result_status import Due
 from dshpm_jax._archive.run import Executor, Order, label_archive, label_here, what_is_due
 from dshpm_jax._archive.workers import local_workers, workers_of
 from dshpm_jax._commands.statuses import FAILURES, OK
+from dshpm_jax._compile_cache import cache_folder
 from dshpm_jax._console import add_unlabelled, complain, say
 from dshpm_jax._messages import UsageError
 from dshpm_jax._settings import Settings
@@ -83,6 +84,7 @@ def run(arguments: argparse.Namespace) -> int:
         jobs = in_shard(jobs, order.shard)
     if arguments.dry_run:
         return _say_what_is_due(jobs, order)
+    cache_folder()  # complains here if it has to, and not in every worker
     log = log_to(arguments.log_file) if arguments.log_file else None
     try:
         return _label(jobs, order, _executor(arguments))
