@@ -3,8 +3,8 @@
 import argparse
 import sys
 from collections.abc import Sequence
-from importlib.metadata import version
 
+import dshpm_jax
 from dshpm_jax._commands import COMMANDS
 from dshpm_jax._commands.statuses import INTERRUPTED, WRONG_USAGE
 from dshpm_jax._console import complain
@@ -26,7 +26,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser("dshpm-jax", description="Labels optical motion capture.")
-    parser.add_argument("--version", action="version", version=f"dshpm-jax {version('dshpm-jax')}")
+    parser.add_argument("--version", action="version", version=f"dshpm-jax {dshpm_jax.__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     for name, command in COMMANDS.items():
         options = commands.add_parser(name, help=command.ABOUT)
