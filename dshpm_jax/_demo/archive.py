@@ -12,10 +12,10 @@ from dshpm_jax.synthesis import add_ghosts, open_gaps, person, scramble
 
 FOLDER = Path("dshpm-archive")
 SUBJECTS = {"anna": 1, "ben": 2, "carl": 3}  # and whose body each has (see `person`)
-TRIALS = {"walk.c3d": "walking", "run.c3d": "running"}
+UNLABELLED = {"walk.c3d": "walking", "run.c3d": "running"}
 DUET = {"anna": "walking", "ben": "freeform"}
 MARKERS, RATE = 34, 60.0
-MOTION_SECONDS, TRIAL_SECONDS, STATIC_SECONDS = 5.0, 3.0, 2.0
+MOTION_SECONDS, UNLABELLED_SECONDS, STATIC_SECONDS = 5.0, 3.0, 2.0
 GAPS, GHOSTS = 0.1, 0.1  # of the points
 APART = 500.0  # mm, between the two of the duet
 EXCHANGED = ("LELB", "LWRA")
@@ -72,11 +72,11 @@ def write_archive(folder: Path) -> list[Path]:
     rng = np.random.default_rng(SEED)
     for name in SUBJECTS:
         _write(_taken(name, "freeform", MOTION_SECONDS), folder / name / "labelled.c3d")
-        for trial, activity in TRIALS.items():
-            _write(_unlabelled(_taken(name, activity, TRIAL_SECONDS), rng), folder / name / trial)
+        for file, activity in UNLABELLED.items():
+            _write(_unlabelled(_taken(name, activity, UNLABELLED_SECONDS), rng), folder / name / file)
     _write(_taken("anna", "standing", STATIC_SECONDS), folder / "anna" / "static.c3d")
-    _write(_exchanged(_taken("ben", "walking", TRIAL_SECONDS, seed=1)), folder / "ben" / "exchanged.c3d")
-    _write_damaged(_taken("carl", "walking", TRIAL_SECONDS, seed=1), folder / "carl" / "damaged.c3d")
+    _write(_exchanged(_taken("ben", "walking", UNLABELLED_SECONDS, seed=1)), folder / "ben" / "exchanged.c3d")
+    _write_damaged(_taken("carl", "walking", UNLABELLED_SECONDS, seed=1), folder / "carl" / "damaged.c3d")
     _write(_unlabelled(_duet(), rng), folder / "duet" / "duet.c3d")
     (folder / "README.txt").write_text(README)
     return sorted(path for path in folder.rglob("*") if path.is_file())
@@ -94,7 +94,7 @@ def _unlabelled(recording: Recording, rng: np.random.Generator) -> Recording:
 
 def _duet() -> Recording:
     """Two subjects side by side; each moves as if alone."""
-    left, right = (_taken(name, activity, TRIAL_SECONDS, seed=2) for name, activity in DUET.items())
+    left, right = (_taken(name, activity, UNLABELLED_SECONDS, seed=2) for name, activity in DUET.items())
     shift = left.points[..., 1].max() + APART - right.points[..., 1].min()
     points = np.concatenate([left.points, right.points + (0, shift, 0)], axis=1)
     labels = [f"{name}:{label}" for name, one in zip(DUET, (left, right), strict=True) for label in one.labels]

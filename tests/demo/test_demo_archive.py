@@ -44,11 +44,11 @@ def test_its_readme_names_every_recording(written):
 
 
 @pytest.mark.parametrize("name", archive.SUBJECTS)
-def test_subjects_have_a_labelled_take_and_unlabelled_trials(written, name):
+def test_subjects_have_a_labelled_take_and_unlabelled_recordings(written, name):
     whole = io.read(written / name / "labelled.c3d")
     assert whole.labelled.all() and whole.present.all() and len(whole.labels) == archive.MARKERS
-    for trial in archive.TRIALS:
-        found = io.read(written / name / trial)
+    for file in archive.UNLABELLED:
+        found = io.read(written / name / file)
         assert not found.labelled.any()
         expected = (1 - archive.GAPS + archive.GHOSTS) * archive.MARKERS * found.num_frames
         assert found.present.sum() == pytest.approx(expected, rel=0.01)
