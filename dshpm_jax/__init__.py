@@ -25,6 +25,10 @@ from dshpm_jax.report import view_frame as view_frame
 logging.getLogger(__name__).addHandler(logging.NullHandler())
 
 if TYPE_CHECKING:
+    from dshpm_jax import evaluation as evaluation
+    from dshpm_jax import io as io
+    from dshpm_jax import report as report
+    from dshpm_jax import synthesis as synthesis
     from dshpm_jax._check import Finding as Finding
     from dshpm_jax._check import check as check
     from dshpm_jax._driver import Driver as Driver
@@ -46,6 +50,53 @@ if TYPE_CHECKING:
     from dshpm_jax._scoring import RmsResidual as RmsResidual
     from dshpm_jax._scoring import RobustResidual as RobustResidual
     from dshpm_jax._scoring import ToleranceScore as ToleranceScore
+
+    __version__: str
+
+__all__ = [
+    "__version__",
+    "AbstractCandidateScore",
+    "AbstractMatchScore",
+    "check",
+    "combine_models",
+    "Driver",
+    "evaluation",
+    "Filled",
+    "Finding",
+    "Found",
+    "GaussianCandidate",
+    "GaussianMatch",
+    "io",
+    "label",
+    "label_many",
+    "LabelledFrames",
+    "Labeller",
+    "Labelling",
+    "MaxResidual",
+    "MeanResidual",
+    "Motion",
+    "read",
+    "read_model",
+    "Reason",
+    "reconstruct",
+    "Recording",
+    "report",
+    "RmsResidual",
+    "RobustResidual",
+    "Segment",
+    "Settings",
+    "SubjectModel",
+    "synthesis",
+    "ToleranceScore",
+    "view",
+    "view_frame",
+    "write_c3d",
+    "write_filled",
+    "write_labelled",
+    "write_model",
+    "write_motion",
+    "write_sidecar",
+]
 
 # Importing jax or scipy takes a second, which reading files, models and `--help` need not wait for.
 _ON_DEMAND = {
@@ -71,14 +122,22 @@ _ON_DEMAND = {
     "RobustResidual": "_scoring",
     "ToleranceScore": "_scoring",
 }
+_ROOMS = ("evaluation", "io", "report", "synthesis")
 
 
 def __getattr__(name: str) -> Any:
-    """Names that need jax or scipy, imported when they are first asked for."""
-    if name not in _ON_DEMAND:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_ON_DEMAND[name]}"), name)
+    """Names that need jax or scipy, imported when they are first asked for, and the version that is installed."""
+    if name in _ON_DEMAND:
+        return getattr(import_module(f"{__name__}.{_ON_DEMAND[name]}"), name)
+    if name in _ROOMS:
+        return import_module(f"{__name__}.{name}")
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("dshpm-jax")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_ON_DEMAND})
+    """The public names, and nothing of how they come here."""
+    return list(__all__)

@@ -1,7 +1,11 @@
-"""Messages that stay a line, whatever names and contents files put into them."""
+"""What is said to people: messages that stay a line, whatever files put into them, and orders that make no sense."""
 
 MOST = 300
 """Characters of a message about a file, besides its path and the remedy."""
+
+
+class UsageError(ValueError):
+    """An order that makes no sense whatever the files hold."""
 
 
 def one_line(text: str, most: int = MOST) -> str:

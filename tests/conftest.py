@@ -10,6 +10,7 @@ from making import make_model, make_recording
 
 from dshpm_jax import io
 
+os.environ.setdefault("DSHPM_CACHE", "")  # commands that tests run keep nothing in the user's folder of caches
 jax.config.update("jax_numpy_dtype_promotion", "strict")
 jax.config.update("jax_numpy_rank_promotion", "raise")
 settings.register_profile("unhurried", deadline=None)

@@ -8,7 +8,7 @@ from pathlib import Path
 PACKAGE = Path(__file__).resolve().parents[1] / "dshpm_jax"
 
 LEVELS = [
-    {"_messages", "_types", "_console", "_compile_cache", "_numbers", "_null_model", "_buckets"},
+    {"_messages", "_types", "_console", "_compile_cache", "_processes", "_numbers", "_null_model", "_buckets"},
     {"_recording", "_trajectories", "_hierarchy", "_settings", "_model_building"},
     {"_model", "_scoring", "_subjects"},
     {"_labelling", "_requests"},
@@ -16,7 +16,8 @@ LEVELS = [
     {"_driver", "_control", "_pretracking"},
     {"_label", "_live", "_check"},
     {"evaluation", "report", "_reconstruction"},
-    {"_archive", "_checking", "_demo", "_experiments", "_reconstructing", "_viewing"},
+    {"_archive", "_demo", "_experiments"},
+    {"_commands"},
     {"__main__", "__init__"},
 ]
 LEVEL = {name: k for k, names in enumerate(LEVELS) for name in names}

@@ -8,13 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from dshpm_jax import io
+from dshpm_jax._messages import UsageError
 
 MODEL_NAME = "model.json"
 SUMMARY_NAME = "summary.csv"  # of a run, in the folder of its results
-
-
-class UsageError(ValueError):
-    """An order that makes no sense whatever the files hold."""
 
 
 @dataclass(frozen=True)

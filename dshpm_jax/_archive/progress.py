@@ -9,9 +9,10 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
 
-from dshpm_jax._archive.jobs import Job, UsageError
+from dshpm_jax._archive.jobs import Job
 from dshpm_jax._archive.outcomes import FAILED, KEPT, LABELLED, PARTLY, Outcome
 from dshpm_jax._console import complain, say
+from dshpm_jax._messages import UsageError
 
 STATUS_SECONDS = 60.0  # between two lines of status where there is no bar
 _HEAD = "# log of dshpm-jax label\n"

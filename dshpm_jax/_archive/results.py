@@ -11,7 +11,7 @@ from typing import Any
 from dshpm_jax import io
 from dshpm_jax._archive.hashes import INPUT, hash_file
 from dshpm_jax._archive.jobs import Job
-from dshpm_jax._archive.standing import kept_because
+from dshpm_jax._archive.result_status import kept_because
 from dshpm_jax._labelling import Labelling
 
 _UNFINISHED = re.compile(r"\.(?P<target>.+)\.[a-z0-9_]{8}\.part")  # as tempfile names them

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from dshpm_jax._archive.batch import label_batch
-from dshpm_jax._archive.jobs import Job, UsageError
+from dshpm_jax._archive.jobs import Job
 from dshpm_jax._archive.manifest import Manifest, Row
 from dshpm_jax._archive.outcomes import Outcome
+from dshpm_jax._archive.result_status import Due, ResultStatus
 from dshpm_jax._archive.results import remove_unfinished
-from dshpm_jax._archive.standing import Due, Standing
+from dshpm_jax._messages import UsageError
 from dshpm_jax._settings import Settings
 from dshpm_jax.io import WriteError
 from dshpm_jax.report._run_page import write_run_page
@@ -45,7 +46,7 @@ class Order:
 Step = Outcome | list[Job]
 """A file with nothing to do, or a batch to label."""
 
-Place = Callable[[Iterator[Step], Order], Iterator[Outcome]]
+Executor = Callable[[Iterator[Step], Order], Iterator[Outcome]]
 """Where batches are labelled; passes on the outcomes of files with nothing to do."""
 
 
@@ -58,7 +59,7 @@ def label_here(steps: Iterator[Step], order: Order) -> Iterator[Outcome]:
             yield from label_batch(step, order.out, order.settings)
 
 
-def label_archive(jobs: Sequence[Job], order: Order, place: Place = label_here) -> Generator[Outcome, None, None]:
+def label_archive(jobs: Sequence[Job], order: Order, executor: Executor = label_here) -> Generator[Outcome, None, None]:
     """Labels recordings into `order.out`, and gives their outcomes one by one.
 
     Files of like size go together, the small ones first. A file that fails harms no other. What is there and up to
@@ -77,7 +78,7 @@ def label_archive(jobs: Sequence[Job], order: Order, place: Place = label_here) 
         remedy = "give another folder for the results"
         raise UsageError(f"{order.out}: cannot be written ({error.strerror}); {remedy}") from None
     try:
-        for outcome in place(_steps(jobs, order, manifest.rows), order):
+        for outcome in executor(_steps(jobs, order, manifest.rows), order):
             manifest.add(outcome)
             yield outcome
     finally:
@@ -88,8 +89,8 @@ def label_archive(jobs: Sequence[Job], order: Order, place: Place = label_here) 
 def what_is_due(jobs: Iterable[Job], order: Order, rows: Mapping[str, Row]) -> Iterator[Due | Outcome]:
     """What `label_archive` would do with each job, given the `known_rows` of its folder; writes nothing."""
     owners = {row["output"]: row["input"] for row in rows.values() if row["output"]}
-    standing = Standing(order.out, order.settings, order.force, owners)
-    return (standing.of(job) for job in jobs)
+    status = ResultStatus(order.out, order.settings, order.force, owners)
+    return (status.of(job) for job in jobs)
 
 
 def _steps(jobs: Sequence[Job], order: Order, rows: Mapping[str, Row]) -> Iterator[Step]:

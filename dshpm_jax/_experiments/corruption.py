@@ -10,7 +10,7 @@ from dshpm_jax._experiments.figures import COLOURS, INK, panels, save
 from dshpm_jax._experiments.records import Records, write_rows
 from dshpm_jax._experiments.statistics import Mean, precision_of, rate_of, times_of
 from dshpm_jax._experiments.subjects import Subject, piece
-from dshpm_jax._experiments.trials import NAMES, Case, Outcome, Plan, Point, generator, spoilt
+from dshpm_jax._experiments.trials import NAMES, Case, ExperimentPlan, Point, TrialResult, generator, spoilt
 from dshpm_jax._settings import Method
 from dshpm_jax.synthesis import add_ghosts, open_gaps
 
@@ -22,7 +22,7 @@ HEADER = ("markers", "kind", "fraction", "method", "trials")
 VALUES = ("trajectories", "rate", "low", "high", "precision", "seconds", "alone")
 
 
-def plan(subjects: Mapping[int, Subject], frames: int, seed: int) -> Plan:
+def plan(subjects: Mapping[int, Subject], frames: int, seed: int) -> ExperimentPlan:
     """All fractions for each of `subjects`, by their number of markers; pieces of `frames` frames."""
 
     def case(point: Point, trial: int) -> Case:
@@ -31,7 +31,7 @@ def plan(subjects: Mapping[int, Subject], frames: int, seed: int) -> Plan:
         spoil = open_gaps if point.kind == MISSING else add_ghosts
         return spoilt(spoil(whole, point.level, rng), subject.model, rng)
 
-    return Plan([p for n in subjects for method in METHODS for p in points_of(n, method)], case)
+    return ExperimentPlan([p for n in subjects for method in METHODS for p in points_of(n, method)], case)
 
 
 def points_of(markers: int, method: Method) -> list[Point]:
@@ -41,17 +41,17 @@ def points_of(markers: int, method: Method) -> list[Point]:
     return [*missing, Point(markers, MISSING, 0.0, method), *extra]
 
 
-def write_table(plan: Plan, records: Records, path: Path) -> None:
+def write_table(plan: ExperimentPlan, records: Records, path: Path) -> None:
     """A row for each point: mean number of trajectories, rate by points with its 95 % interval, precision, seconds."""
 
-    def values(found: Sequence[Outcome]) -> tuple[float, ...]:
+    def values(found: Sequence[TrialResult]) -> tuple[float, ...]:
         trajectories = float(np.mean([one.trajectories for one in found]))
         return trajectories, *rate_of(found), precision_of(found), *times_of(found)
 
     write_rows(path, (*HEADER, *VALUES), rows_of(plan, records, values))
 
 
-def rows_of(plan: Plan, records: Records, values: Callable[[Sequence[Outcome]], tuple]) -> list[tuple]:
+def rows_of(plan: ExperimentPlan, records: Records, values: Callable[[Sequence[TrialResult]], tuple]) -> list[tuple]:
     """A row for each point: which it is, how many trials it has, and `values` of its outcomes."""
     rows = []
     for point in plan.points:
@@ -60,7 +60,7 @@ def rows_of(plan: Plan, records: Records, values: Callable[[Sequence[Outcome]], 
     return rows
 
 
-def draw(plan: Plan, records: Records, path: Path) -> None:
+def draw(plan: ExperimentPlan, records: Records, path: Path) -> None:
     """Rate against the fraction that is missing or extra, and the number of trajectories on the top axis."""
     figure, ax = curves(plan, records, rate_of, 100.0)
     ax.set(ylabel="identification rate (% of points)", ylim=(0, 103))
@@ -68,7 +68,7 @@ def draw(plan: Plan, records: Records, path: Path) -> None:
 
 
 def curves(
-    plan: Plan, records: Records, value: Callable[[Sequence[Outcome]], Mean], factor: float = 1.0
+    plan: ExperimentPlan, records: Records, value: Callable[[Sequence[TrialResult]], Mean], factor: float = 1.0
 ) -> tuple[Any, Any]:
     """A curve for each method and number of markers, missing to the left of zero and extra to the right."""
     densities = sorted({point.markers for point in plan.points})

@@ -10,7 +10,7 @@ from dshpm_jax._experiments.figures import COLOURS, panels, save
 from dshpm_jax._experiments.records import Records, write_rows
 from dshpm_jax._experiments.statistics import precision_of, rate_of, times_of
 from dshpm_jax._experiments.subjects import Subject, piece
-from dshpm_jax._experiments.trials import NAMES, Case, Plan, Point, generator, spoilt
+from dshpm_jax._experiments.trials import NAMES, Case, ExperimentPlan, Point, generator, spoilt
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._settings import Method
 from dshpm_jax.synthesis import distort
@@ -21,7 +21,7 @@ KIND = "distortion"
 HEADER = ("markers", "level", "method", "trials", "rate", "low", "high", "precision", "seconds", "alone")
 
 
-def plan(subjects: Mapping[int, Subject], frames: int, seed: int) -> Plan:
+def plan(subjects: Mapping[int, Subject], frames: int, seed: int) -> ExperimentPlan:
     """All levels for each of `subjects`, by their number of markers; pieces of `frames` frames."""
 
     def case(point: Point, trial: int) -> Case:
@@ -31,7 +31,7 @@ def plan(subjects: Mapping[int, Subject], frames: int, seed: int) -> Plan:
         return spoilt(distort(whole, point.level, length, rng), subject.model, rng)
 
     points = [Point(n, KIND, level, method) for n in subjects for method in METHODS for level in LEVELS]
-    return Plan(points, case)
+    return ExperimentPlan(points, case)
 
 
 def segment_length(model: SubjectModel) -> float:
@@ -42,7 +42,7 @@ def segment_length(model: SubjectModel) -> float:
     return float(np.mean([mean_edge(pair_distances(s.shape)) for s in model.segments if len(s.markers) > 1]))
 
 
-def write_table(plan: Plan, records: Records, path: Path) -> None:
+def write_table(plan: ExperimentPlan, records: Records, path: Path) -> None:
     """A row for each point: rate by points with its 95 % interval, precision, seconds side by side and alone."""
     rows = []
     for point in plan.points:
@@ -52,7 +52,7 @@ def write_table(plan: Plan, records: Records, path: Path) -> None:
     write_rows(path, HEADER, rows)
 
 
-def draw(plan: Plan, records: Records, path: Path) -> None:
+def draw(plan: ExperimentPlan, records: Records, path: Path) -> None:
     """Rate against distortion level, a panel for each number of markers."""
     densities = list(dict.fromkeys(point.markers for point in plan.points))
     figure, axes = panels(len(densities))

@@ -1,15 +1,13 @@
-"""Trials in several processes, each on cores of its own; what they find does not depend on how many there are."""
+"""Trials in several processes; what they find does not depend on how many there are."""
 
-import os
 from collections.abc import Callable, Hashable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from functools import cache, partial
-from multiprocessing import get_context, parent_process
-from threading import Thread
+from functools import cache
 from typing import Any, NamedTuple
 
 from dshpm_jax._compile_cache import cache_programs
-from dshpm_jax._experiments.trials import Outcome, Plan, Point, run_trials, warm_up
+from dshpm_jax._experiments.trials import ExperimentPlan, Point, TrialResult, run_trials, warm_up
+from dshpm_jax._messages import UsageError
+from dshpm_jax._processes import ProcessPool, WorkerDied
 from dshpm_jax._settings import Method
 
 
@@ -20,45 +18,30 @@ class Batch(NamedTuple):
     trials: range
 
 
-Make = Callable[[Any], Plan]
+Make = Callable[[Any], ExperimentPlan]
 """Makes the plan of what was asked for, in every process again: it goes there by its name."""
 
 
-def run_apart(make: Make, asked: Hashable, batches: Sequence[Batch], workers: int) -> Iterator[list[Outcome]]:
-    """The outcomes of `batches` in their order, labelled in `workers` processes."""
-    context = get_context("spawn")
-    pool = ProcessPoolExecutor(workers, context, _settle_in, (context.Value("i", 0), workers))
+def run_apart(make: Make, asked: Hashable, batches: Sequence[Batch], workers: int) -> Iterator[list[TrialResult]]:
+    """The results of `batches` in their order, labelled in `workers` processes."""
+    pool = ProcessPool(workers, set_up=cache_programs)
     try:
-        yield from pool.map(partial(_label, make, asked), batches)
+        for future in [pool.submit(_label, make, asked, batch) for batch in batches]:
+            yield future.result()
+    except WorkerDied:
+        remedy = "the same command goes on; give it fewer --workers"
+        raise UsageError(f"a worker process died, maybe for lack of memory; {remedy}") from None
     finally:
         pool.shutdown(cancel_futures=True)
 
 
-def _settle_in(taken: Any, workers: int) -> None:
-    """Takes this process to its cores, where the system can, before anything of jax runs."""
-    Thread(target=_end_with_parent, daemon=True).start()
-    cache_programs()
-    with taken:
-        place, taken.value = taken.value, taken.value + 1
-    if hasattr(os, "sched_setaffinity"):
-        cores = sorted(os.sched_getaffinity(0))
-        os.sched_setaffinity(0, cores[place % len(cores) :: workers])
-
-
-def _end_with_parent() -> None:
-    """A process that was killed cannot stop those that it started: they would wait for work, with all their memory."""
-    if (parent := parent_process()) is not None:
-        parent.join()
-        os._exit(1)
-
-
-def _label(make: Make, asked: Hashable, batch: Batch) -> list[Outcome]:
+def _label(make: Make, asked: Hashable, batch: Batch) -> list[TrialResult]:
     _warm(make, asked, batch.point.markers, batch.point.method)
     return run_trials(_plan(make, asked), *batch)
 
 
 @cache
-def _plan(make: Make, asked: Hashable) -> Plan:
+def _plan(make: Make, asked: Hashable) -> ExperimentPlan:
     return make(asked)
 
 

@@ -10,8 +10,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, cast
 
-from dshpm_jax._archive import UsageError
-from dshpm_jax._experiments.trials import Outcome, Point
+from dshpm_jax._experiments.trials import Point, TrialResult
+from dshpm_jax._messages import UsageError
 from dshpm_jax._settings import Method
 from dshpm_jax.io._atomic import write_whole
 
@@ -32,7 +32,7 @@ class Records:
 
     def __init__(self, folder: Path, name: str, setup: Mapping[str, Any]):
         self._table, about = folder / f"{name}-trials.csv", folder / f"{name}.json"
-        self._found: dict[Point, list[Outcome]] = {}
+        self._found: dict[Point, list[TrialResult]] = {}
         if folder.exists() and not folder.is_dir():
             raise UsageError(f"{folder}: is a file; give a folder for the results with -o")
         if self._table.exists() or about.exists():
@@ -49,15 +49,15 @@ class Records:
         except OSError as error:
             raise UsageError(f"{folder}: cannot be written ({error.strerror}); give another folder with -o") from None
 
-    def of(self, point: Point) -> list[Outcome]:
+    def of(self, point: Point) -> list[TrialResult]:
         """The outcomes of the first trials of a point."""
         return list(self._found.get(point, ()))
 
-    def add(self, point: Point, outcomes: Iterable[Outcome]) -> None:
+    def add(self, point: Point, outcomes: Iterable[TrialResult]) -> None:
         """Keeps the outcomes of the next trials of a point."""
         self._found[point] = [*self.of(point), *outcomes]
         rows = [(*point, k, *outcome) for point, found in self._found.items() for k, outcome in enumerate(found)]
-        write_rows(self._table, (*Point._fields, "trial", *Outcome._fields), rows)
+        write_rows(self._table, (*Point._fields, "trial", *TrialResult._fields), rows)
 
 
 def refuse_foreign(folder: Path, name: str, trials_of: str) -> None:
@@ -109,14 +109,14 @@ def _setup_in(about: Path) -> Any:
         return None
 
 
-def _read(table: Path) -> dict[Point, list[Outcome]]:
+def _read(table: Path) -> dict[Point, list[TrialResult]]:
     """The outcomes of a table of ours; none if it is not there yet."""
-    found: dict[Point, list[Outcome]] = {}
+    found: dict[Point, list[TrialResult]] = {}
     if not table.exists():
         return found
     with table.open(newline="") as lines:
         for row in csv.DictReader(lines):
             point = Point(int(row["markers"]), row["kind"], float(row["level"]), cast(Method, row["method"]))
-            values: dict[str, Any] = {f: kind(row[f]) for f, kind in Outcome.__annotations__.items()}
-            found.setdefault(point, []).append(Outcome(**values))
+            values: dict[str, Any] = {f: kind(row[f]) for f, kind in TrialResult.__annotations__.items()}
+            found.setdefault(point, []).append(TrialResult(**values))
     return found

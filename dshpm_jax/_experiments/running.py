@@ -6,21 +6,21 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from dshpm_jax import io
-from dshpm_jax._archive import UsageError
 from dshpm_jax._experiments import complexity, corruption, distortion, table1
 from dshpm_jax._experiments.figures import style
 from dshpm_jax._experiments.processes import Batch, run_apart
 from dshpm_jax._experiments.records import Records, refuse_foreign
 from dshpm_jax._experiments.statistics import rate_of, times_of
 from dshpm_jax._experiments.subjects import Subject, recorded, synthetic
-from dshpm_jax._experiments.trials import NAMES, SIDE_BY_SIDE, Plan, Point, run_trials, warm_up
+from dshpm_jax._experiments.trials import NAMES, SIDE_BY_SIDE, ExperimentPlan, Point, run_trials, warm_up
+from dshpm_jax._messages import UsageError
 
 DENSITIES = (30, 50)  # markers, section 5.2
 TRIALS = {"table1": 20, "distortion": 500, "corruption": 500, "complexity": 500}
 SHARED = {"complexity": "corruption"}  # whose trials an experiment takes
 
 
-class Order(NamedTuple):
+class ExperimentOrder(NamedTuple):
     """What was asked for: which experiment, where to, and on what; `None` stands for the usual."""
 
     name: str
@@ -33,7 +33,7 @@ class Order(NamedTuple):
     workers: int = 1
 
 
-def run(order: Order) -> int:
+def run(order: ExperimentOrder) -> int:
     """Runs the trials that are not there yet, writes tables and figures; gives the exit status.
 
     Raises:
@@ -57,7 +57,7 @@ def run(order: Order) -> int:
     return _report(order.name, plan, records, folder)
 
 
-def _plan(order: Order) -> Plan:
+def _plan(order: ExperimentOrder) -> ExperimentPlan:
     """What was asked for."""
     subject = _recorded(order)
     if order.name == "table1":
@@ -71,7 +71,7 @@ def _plan(order: Order) -> Plan:
     return _module(order.name).plan(subjects, order.frames, order.seed)
 
 
-def _recorded(order: Order) -> Subject | None:
+def _recorded(order: ExperimentOrder) -> Subject | None:
     if order.recording is None or order.model is None:
         return None
     try:
@@ -84,7 +84,7 @@ def _module(name: str) -> Any:
     return {"table1": table1, "distortion": distortion, "corruption": corruption, "complexity": complexity}[name]
 
 
-def _setup(order: Order) -> dict[str, Any]:
+def _setup(order: ExperimentOrder) -> dict[str, Any]:
     """What the outcomes depend on."""
     files = {"recording": order.recording, "model": order.model}
     return {"seed": order.seed, "frames": order.frames, **{k: f and _hash(f) for k, f in files.items()}}
@@ -94,7 +94,7 @@ def _hash(file: Path) -> str:
     return hashlib.sha256(file.read_bytes()).hexdigest()
 
 
-def _run_trials(order: Order, plan: Plan, records: Records, trials: int) -> None:
+def _run_trials(order: ExperimentOrder, plan: ExperimentPlan, records: Records, trials: int) -> None:
     lacking = [point for point in plan.points if len(records.of(point)) < trials]
     batches = [
         Batch(point, range(first, min(first + SIDE_BY_SIDE, trials)))
@@ -122,7 +122,7 @@ def _line(point: Point, records: Records) -> str:
     )
 
 
-def _report(name: str, plan: Plan, records: Records, folder: Path) -> int:
+def _report(name: str, plan: ExperimentPlan, records: Records, folder: Path) -> int:
     module = _module(name)
     module.write_table(plan, records, folder / f"{name}.csv")
     written = f"{name}.csv"

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dshpm_jax._experiments.trials import Outcome
+from dshpm_jax._experiments.trials import TrialResult
 
 NORMAL = 1.96  # standard errors of a 95 % interval
 
@@ -33,17 +33,17 @@ def mean_of(values: Sequence[float], within: tuple[float, float] = (-np.inf, np.
     return Mean(mean, float(low), float(high))
 
 
-def rate_of(outcomes: Sequence[Outcome]) -> Mean:
+def rate_of(outcomes: Sequence[TrialResult]) -> Mean:
     """The rate of points over trials."""
     return mean_of([one.rate for one in outcomes], (0.0, 1.0))
 
 
-def precision_of(outcomes: Sequence[Outcome]) -> float:
+def precision_of(outcomes: Sequence[TrialResult]) -> float:
     """The mean precision of the trials in which anything was labelled; NaN if none was."""
     values = [one.precision for one in outcomes if not np.isnan(one.precision)]
     return float(np.mean(values)) if values else float("nan")
 
 
-def times_of(outcomes: Sequence[Outcome]) -> tuple[float, float]:
+def times_of(outcomes: Sequence[TrialResult]) -> tuple[float, float]:
     """Seconds that a trial took side by side with the others, on average, and that one alone took."""
     return float(np.mean([one.seconds for one in outcomes])), outcomes[0].alone

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from dshpm_jax import io
-from dshpm_jax._archive import UsageError
 from dshpm_jax._hierarchy import choose_root
+from dshpm_jax._messages import UsageError
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._recording import Recording
 from dshpm_jax.synthesis import SegmentNames, person

@@ -14,7 +14,7 @@ from dshpm_jax._experiments.figures import COLOURS, INK, panels, save
 from dshpm_jax._experiments.records import Records, write_rows
 from dshpm_jax._experiments.statistics import Mean, mean_of, precision_of
 from dshpm_jax._experiments.subjects import RATE, Subject, piece, synthetic
-from dshpm_jax._experiments.trials import NAMES, Case, Outcome, Plan, Point, generator, spoilt
+from dshpm_jax._experiments.trials import NAMES, Case, ExperimentPlan, Point, TrialResult, generator, spoilt
 from dshpm_jax._recording import Recording
 from dshpm_jax._settings import Method
 from dshpm_jax.synthesis import add_ghosts, open_gaps
@@ -56,7 +56,7 @@ OWN = ("trajectories", "rate", "low", "high", "precision", "frames_per_second", 
 OF_THE_PAPER = ("paper_trajectories", "paper_rate", "paper_frames_per_second")
 
 
-def plan(frames: int, seed: int) -> Plan:
+def plan(frames: int, seed: int) -> ExperimentPlan:
     """All protocols and activities; every trial is another synthetic person with a model of their own."""
 
     def subject(point: Point, trial: int) -> Subject:
@@ -66,19 +66,19 @@ def plan(frames: int, seed: int) -> Plan:
     return _plan(rows, subject, max(ACTIVITIES.values()) * frames, seed)
 
 
-def plan_of(subject: Subject, name: str, frames: int, seed: int) -> Plan:
+def plan_of(subject: Subject, name: str, frames: int, seed: int) -> ExperimentPlan:
     """A single row: pieces of one recording, broken as no row of the paper says."""
     return _plan([(subject.recording.points.shape[1], name, BROKEN)], lambda *_: subject, frames, seed)
 
 
 def _plan(
     rows: Sequence[tuple[int, str, float]], subject: Callable[[Point, int], Subject], frames: int, seed: int
-) -> Plan:
+) -> ExperimentPlan:
     def case(point: Point, trial: int) -> Case:
         who, rng = subject(point, trial), generator(seed, point, trial)
         return spoilt(_worn(piece(who.recording, frames, rng), point, rng), who.model, rng)
 
-    return Plan([Point(*row, method) for row in rows for method in METHODS], case)
+    return ExperimentPlan([Point(*row, method) for row in rows for method in METHODS], case)
 
 
 def _worn(whole: Recording, point: Point, rng: np.random.Generator) -> Recording:
@@ -97,7 +97,7 @@ def _breaks_a_second(point: Point) -> float:
     return (PUBLISHED[point.markers, point.kind].trajectories - point.markers) / seconds
 
 
-def write_table(plan: Plan, records: Records, path: Path) -> None:
+def write_table(plan: ExperimentPlan, records: Records, path: Path) -> None:
     """A row for each protocol, activity, way of breaking and method, with the paper's own figures behind."""
     rows = []
     for point in plan.points:
@@ -111,18 +111,18 @@ def write_table(plan: Plan, records: Records, path: Path) -> None:
     write_rows(path, (*HEADER, *OWN, *OF_THE_PAPER), rows)
 
 
-def trajectory_rate_of(outcomes: Sequence[Outcome]) -> Mean:
+def trajectory_rate_of(outcomes: Sequence[TrialResult]) -> Mean:
     """The rate of trajectories over trials."""
     return mean_of([one.trajectory_rate for one in outcomes], (0.0, 1.0))
 
 
-def speed_of(outcomes: Sequence[Outcome]) -> tuple[float, float]:
+def speed_of(outcomes: Sequence[TrialResult]) -> tuple[float, float]:
     """Frames a second: of all trials side by side, and of the first one alone."""
     together = sum(one.frames for one in outcomes) / sum(one.seconds for one in outcomes)
     return together, outcomes[0].frames / outcomes[0].alone
 
 
-def draw(plan: Plan, records: Records, path: Path) -> None:
+def draw(plan: ExperimentPlan, records: Records, path: Path) -> None:
     """Rates and frames a second of every row, the paper's beside ours; hollow where recordings are more broken."""
     kinds = list(dict.fromkeys((point.markers, point.kind) for point in plan.points))
     figure, (rates, speeds) = panels(2, SIZE)

@@ -45,7 +45,7 @@ class Case(NamedTuple):
     model: SubjectModel
 
 
-class Outcome(NamedTuple):
+class TrialResult(NamedTuple):
     """What one trial gave.
 
     Attributes:
@@ -70,7 +70,7 @@ class Outcome(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class ExperimentPlan:
     """An experiment: its points, and what trial number k of a point is.
 
     The trials of two points that differ in the method alone are the same.
@@ -92,7 +92,7 @@ def generator(seed: int, point: Point, trial: int) -> np.random.Generator:
     return np.random.default_rng([seed, point.markers, trial, *name])
 
 
-def run_trials(plan: Plan, point: Point, trials: range) -> list[Outcome]:
+def run_trials(plan: ExperimentPlan, point: Point, trials: range) -> list[TrialResult]:
     """The outcomes of some trials of a point, in their order, all labelled side by side."""
     cases = [_asked(plan.case(point, k), point.method) for k in trials]
     labellings, seconds = _timed(cases, point.method)
@@ -106,7 +106,7 @@ def run_trials(plan: Plan, point: Point, trials: range) -> list[Outcome]:
     ]
 
 
-def warm_up(plan: Plan, points: Iterable[Point]) -> None:
+def warm_up(plan: ExperimentPlan, points: Iterable[Point]) -> None:
     """Compiles what the first trial of each of `points` needs, so that it is in nobody's time."""
     for point in points:
         _timed([_asked(plan.case(point, 0), point.method)], point.method)
@@ -128,9 +128,9 @@ def _asked(case: Case, method: Method) -> Case:
     return case._replace(recording=replace(case.recording, points=case.recording.points[some]), truth=case.truth[some])
 
 
-def _outcome(case: Case, labelling: Labelling, seconds: float, alone: float) -> Outcome:
+def _outcome(case: Case, labelling: Labelling, seconds: float, alone: float) -> TrialResult:
     given = labelling.identities
-    return Outcome(
+    return TrialResult(
         point_identification_rate(given, case.truth),
         trajectory_identification_rate(given, case.truth),
         precision_recall_f1(given, case.truth).precision,

@@ -1,4 +1,4 @@
-"""What people do, as joint angles over time: walking, running and freeform movement.
+"""What people do, as joint angles over time: standing, walking, running and freeform movement.
 
 Angles are in degrees and anatomical: flexion, abduction, inward rotation; for the trunk forward, sideways, to the left.
 The curves follow the usual shapes of gait analysis; they need not be exact, only to move each joint as a body does.
@@ -70,7 +70,9 @@ def activity(name: str, seconds: Float[np.ndarray, "frames"], rate: float, rng: 
         return _restless(_gait(RUNNING, seconds, rate, rng), seconds, rng, 0.7)
     if name == "freeform":
         return _restless(_freeform(seconds, rate, rng), seconds, rng, 1.3)
-    raise ValueError(f"unknown activity {name!r}: choose walking, running or freeform")
+    if name == "standing":
+        return _restless(_still(len(seconds)), seconds, rng, 0.1)
+    raise ValueError(f"unknown activity {name!r}: choose standing, walking, running or freeform")
 
 
 def _still(frames: int) -> Motion:

@@ -75,7 +75,7 @@ def person(
 
     Arguments:
         markers: 27, 30, 34, 49 or 50.
-        activity: "walking", "running" or "freeform".
+        activity: "standing", "walking", "running" or "freeform".
         frames, rate: length of the take and frames a second.
         subject: whose body it is, from 0: lengths of the segments, places of the markers, softness.
         seed: of the take: how the person moves, how the soft tissue swings, measurement noise.

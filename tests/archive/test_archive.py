@@ -15,7 +15,8 @@ from making import make_labelling, make_model, make_recording
 from running import MARKERS, contents, rows_of, run
 
 from dshpm_jax import io
-from dshpm_jax._archive import FAILED, LABELLED, PARTLY, Order, UsageError, find_jobs, label_archive
+from dshpm_jax._archive import FAILED, LABELLED, PARTLY, Order, find_jobs, label_archive
+from dshpm_jax._messages import UsageError
 
 
 def test_jobs_and_their_models(archive, tmp_path):

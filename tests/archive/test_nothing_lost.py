@@ -10,8 +10,9 @@ from running import MARKERS, contents, rows_of, run
 from text_files import TRC, VICON
 
 from dshpm_jax import io
-from dshpm_jax._archive import FAILED, KEPT, Order, UsageError, find_jobs, in_shard, label_archive
+from dshpm_jax._archive import FAILED, KEPT, Order, find_jobs, in_shard, label_archive
 from dshpm_jax._console import say
+from dshpm_jax._messages import UsageError
 from dshpm_jax._settings import Settings
 
 

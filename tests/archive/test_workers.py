@@ -1,31 +1,49 @@
 """Runs on worker processes: the same results, and deaths that cost no other file."""
 
 import json
-import os
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from types import SimpleNamespace
 
+import dask
+import distributed
 import numpy as np
 import pytest
 from making import make_model, make_recording
-from planted_faults import CRASHES, EATS_MEMORY, RAISES, PlantedFaults
+from planted_faults import CRASHES, EATS_MEMORY, RAISES, plant
 from running import MARKERS
 
 from dshpm_jax import io
-from dshpm_jax._archive import FAILED, LABELLED, Order, UsageError, find_jobs, label_archive
-from dshpm_jax._archive.flight import label_on
-from dshpm_jax._archive.workers import MOST_STILLBORN, Nursery, Workers, local_workers, workers_of
+from dshpm_jax._archive import FAILED, LABELLED, Order, find_jobs, label_archive
+from dshpm_jax._archive.dispatcher import label_on
+from dshpm_jax._archive.workers import local_workers, workers_of
+from dshpm_jax._messages import UsageError
+from dshpm_jax._processes import ProcessPool
 
 MEMORY = 600 << 20  # bytes; a worker without jax takes a fifth of it
 
 
 @contextmanager
-def planted(count):
-    with local_workers(count, MEMORY) as workers:
-        workers.client.register_plugin(PlantedFaults())
-        yield workers
+def planted(count, how_many=None):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("dshpm_jax._archive.workers.ProcessPool", partial(ProcessPool, set_up=plant))
+        with local_workers(count, MEMORY) as workers:
+            yield workers._replace(how_many=lambda: how_many or count)
+
+
+@contextmanager
+def scheduler(count):
+    """The address of a dask scheduler with planted workers."""
+    options = {"threads_per_worker": 1, "dashboard_address": None, "silence_logs": False}
+    with dask.config.set({"distributed.scheduler.allowed-failures": 0}):
+        with distributed.LocalCluster(count, **options) as cluster, distributed.Client(cluster) as client:
+            client.register_plugin(PlantedFaults())
+            yield cluster.scheduler_address
+
+
+class PlantedFaults(distributed.WorkerPlugin):
+    def setup(self, worker):
+        plant()
 
 
 @pytest.fixture
@@ -47,15 +65,6 @@ def rows(out: Path) -> list[dict]:
     return [json.loads(line) for line in (out / "manifest.jsonl").read_text().splitlines()]
 
 
-def test_workers_keep_their_memory(monkeypatch):
-    """A process that gives memory back after every array labels at little more than half the speed."""
-    monkeypatch.delenv("MALLOC_TRIM_THRESHOLD_", raising=False)
-    with local_workers(1, MEMORY) as workers:
-        workers.client.wait_for_workers(1)
-        (found,) = workers.client.run(os.environ.get, "MALLOC_TRIM_THRESHOLD_").values()
-    assert found is None
-
-
 @pytest.mark.slow
 def test_deaths_cost_no_other_file(archive, tmp_path):
     for name, rate in {"crash": CRASHES, "hog": EATS_MEMORY, "raises": RAISES}.items():
@@ -73,31 +82,12 @@ def test_deaths_cost_no_other_file(archive, tmp_path):
 
 
 @pytest.mark.slow
-def test_who_waits_behind_a_file_that_kills_is_not_to_blame(archive, tmp_path, monkeypatch):
+def test_who_waits_behind_a_file_that_kills_is_not_to_blame(archive, tmp_path):
     """A worker may be given several at a time, as where another has died and nobody has noticed."""
-    monkeypatch.setattr(Workers, "how_many", lambda _: 5)
     for name in ("00.c3d", "01.c3d"):
         io.write_c3d(make_recording(20, rate=CRASHES), archive / name)
-    outcomes = run(archive, tmp_path / "out", partial(planted, 1))
+    outcomes = run(archive, tmp_path / "out", partial(planted, 1, 5))
     assert sorted(name for name, o in outcomes.items() if o.outcome == FAILED) == ["00.c3d", "01.c3d"]
-
-
-def test_processes_that_die_while_they_start_are_started_again():
-    """The cluster's own part is a stand-in: it starts what is missing from its workers when it is told to scale."""
-    stillborn = SimpleNamespace(status=SimpleNamespace(name="closed"))
-    alive = SimpleNamespace(status=SimpleNamespace(name="running"))
-    cluster = SimpleNamespace(workers={0: stillborn, 1: alive}, scheduler_info={"workers": {}}, scaled=[])
-    cluster.scale = cluster.scaled.append
-    cluster.loop = SimpleNamespace(add_callback=lambda function: function())
-    nursery = Nursery(cluster, 2)
-    nursery.revive()
-    assert list(cluster.workers) == [1] and cluster.scaled == [2]
-    with pytest.raises(UsageError, match="no worker process starts"):
-        for _ in range(2 * MOST_STILLBORN + 1):
-            cluster.workers[0] = stillborn
-            nursery.revive()
-    cluster.scheduler_info["workers"]["tcp://127.0.0.1:1"] = {}
-    nursery.revive()
 
 
 def test_no_worker_is_started_for_nothing(tmp_path):
@@ -122,8 +112,7 @@ def test_schedulers_that_are_not_there(tmp_path):
 def test_workers_of_a_scheduler_that_runs(archive, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)  # they run in another folder
     whole = run(Path("archive"), tmp_path / "whole", partial(planted, 1))
-    with planted(1) as workers:
-        address = workers.client.scheduler.address
+    with scheduler(1) as address:
         monkeypatch.chdir(archive)
         found = run(Path("."), Path("../out"), partial(workers_of, address, None))
     assert {name: o.outcome for name, o in found.items()} == {name: o.outcome for name, o in whole.items()}

@@ -183,7 +183,7 @@ def test_wrong_usage(tmp_path, capsys, arguments, words):
 
 
 def test_methods_get_the_same_trials(labeller):
-    plan = running._plan(running.Order("corruption", frames=FRAMES, seed=3))
+    plan = running._plan(running.ExperimentOrder("corruption", frames=FRAMES, seed=3))
     by_place = {}
     for point in plan.points:
         by_place.setdefault(point[:3], []).append(plan.case(point, 1))

@@ -175,7 +175,7 @@ def test_sides_are_alike_but_not_mirror_images():
     ("arguments", "words"),
     [
         ({"markers": 31}, "one of .27, 30, 34, 49, 50."),
-        ({"activity": "swimming"}, "walking, running or freeform"),
+        ({"activity": "swimming"}, "standing, walking, running or freeform"),
         ({"frames": 0}, "one frame or more"),
     ],
 )

@@ -1,20 +1,20 @@
 """The command `view`: a page for each labelled recording, and for all results of a run."""
 
 import argparse
-import logging
 from collections.abc import Iterator
 from pathlib import Path
 
 from dshpm_jax import io
-from dshpm_jax._archive.jobs import UsageError
 from dshpm_jax._archive.manifest import MANIFEST_NAME, known_rows
+from dshpm_jax._commands.statuses import FAILURES, OK
 from dshpm_jax._console import complain, say
+from dshpm_jax._messages import UsageError
 from dshpm_jax._model import SubjectModel
 from dshpm_jax.report._page import is_page
 from dshpm_jax.report._run_page import write_run_page
 from dshpm_jax.report._view import view
 
-_log = logging.getLogger(__name__)
+ABOUT = "a page in which a labelled recording plays"
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -47,7 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
     troubles = [trouble for given in inputs for trouble in _pages_of(given, out, model)]
     for trouble in troubles:
         complain(trouble)
-    return 1 if troubles else 0
+    return FAILURES if troubles else OK
 
 
 def _pages_of(given: Path, out: Path | None, model: SubjectModel | None) -> Iterator[str]:

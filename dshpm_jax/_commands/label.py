@@ -8,16 +8,21 @@ from contextlib import closing
 from functools import partial
 from pathlib import Path
 
-from dshpm_jax._archive.flight import label_on
-from dshpm_jax._archive.jobs import Job, UsageError, find_jobs, in_shard
+from dshpm_jax._archive.dispatcher import label_on
+from dshpm_jax._archive.jobs import Job, find_jobs, in_shard
 from dshpm_jax._archive.manifest import known_rows
 from dshpm_jax._archive.progress import Progress, log_to
-from dshpm_jax._archive.run import Order, Place, label_archive, label_here, what_is_due
-from dshpm_jax._archive.standing import Due
+from dshpm_jax._archive.result_status import Due
+from dshpm_jax._archive.run import Executor, Order, label_archive, label_here, what_is_due
 from dshpm_jax._archive.workers import local_workers, workers_of
+from dshpm_jax._commands.statuses import FAILURES, OK
+from dshpm_jax._compile_cache import cache_folder
 from dshpm_jax._console import add_unlabelled, complain, say
+from dshpm_jax._messages import UsageError
 from dshpm_jax._settings import Settings
 from dshpm_jax.io import WriteError
+
+ABOUT = "labels recordings"
 
 
 def add_options(label: argparse.ArgumentParser) -> None:
@@ -79,15 +84,16 @@ def run(arguments: argparse.Namespace) -> int:
         jobs = in_shard(jobs, order.shard)
     if arguments.dry_run:
         return _say_what_is_due(jobs, order)
+    cache_folder()  # complains here if it has to, and not in every worker
     log = log_to(arguments.log_file) if arguments.log_file else None
     try:
-        return _label(jobs, order, _place(arguments))
+        return _label(jobs, order, _executor(arguments))
     finally:
         if log:
             log.close()
 
 
-def _place(arguments: argparse.Namespace) -> Place:
+def _executor(arguments: argparse.Namespace) -> Executor:
     """Where to label."""
     if arguments.workers:
         return label_on(partial(local_workers, arguments.workers))
@@ -96,11 +102,11 @@ def _place(arguments: argparse.Namespace) -> Place:
     return label_here
 
 
-def _label(jobs: Sequence[Job], order: Order, place: Place) -> int:
+def _label(jobs: Sequence[Job], order: Order, executor: Executor) -> int:
     progress = Progress(jobs)
     whole = True
     try:
-        with closing(label_archive(jobs, order, place)) as outcomes:
+        with closing(label_archive(jobs, order, executor)) as outcomes:
             for outcome in outcomes:
                 progress.take(outcome)
     except WriteError as error:
@@ -108,7 +114,7 @@ def _label(jobs: Sequence[Job], order: Order, place: Place) -> int:
         whole = False
     finally:
         progress.end(order.out)
-    return 0 if whole and progress.all_labelled else 1
+    return OK if whole and progress.all_labelled else FAILURES
 
 
 def _say_what_is_due(jobs: Sequence[Job], order: Order) -> int:
@@ -128,7 +134,7 @@ def _say_what_is_due(jobs: Sequence[Job], order: Order) -> int:
         else:
             num_wrong += 1
     say(f"{num_due} of {len(jobs)} recordings would be labelled")
-    return 1 if num_wrong else 0
+    return FAILURES if num_wrong else OK
 
 
 def _settings(arguments: argparse.Namespace) -> Settings:

@@ -116,6 +116,6 @@ def test_one_frame(folder, capsys, labeller):
 
 def test_demo_is_handed_its_folder(folder, capsys, monkeypatch):
     asked = []
-    monkeypatch.setitem(sys.modules, "dshpm_jax._demo", SimpleNamespace(run=lambda out: asked.append(out) or 0))
+    monkeypatch.setitem(sys.modules, "dshpm_jax._demo.capture", SimpleNamespace(run=lambda out: asked.append(out) or 0))
     assert command(capsys, "demo", "-o", "here")[0] == 0 and command(capsys, "demo")[0] == 0
     assert [str(out) for out in asked] == ["here", "None"]

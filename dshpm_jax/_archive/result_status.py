@@ -23,7 +23,7 @@ class Due:
     why: str
 
 
-class Standing:
+class ResultStatus:
     """Tells jobs that are due from those whose result is up to date, has to stay, or cannot be.
 
     Files are hashed only where there is a result to compare with, so that a first run starts at once.

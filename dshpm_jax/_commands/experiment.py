@@ -5,6 +5,7 @@ from pathlib import Path
 
 from dshpm_jax._compile_cache import cache_programs
 
+ABOUT = "the paper's experiments, with tables and figures"
 NAMES = ("table1", "distortion", "corruption", "complexity")
 
 
@@ -24,6 +25,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Runs the experiment and gives the exit status."""
     cache_programs()
-    from dshpm_jax._experiments.running import Order, run  # imports jax
+    from dshpm_jax._experiments.running import ExperimentOrder, run  # imports jax
 
-    return run(Order(**{name: getattr(arguments, name) for name in Order._fields}))
+    return run(ExperimentOrder(**{name: getattr(arguments, name) for name in ExperimentOrder._fields}))

@@ -8,14 +8,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dshpm_jax import io
-from dshpm_jax._archive.jobs import UsageError
+from dshpm_jax._commands.statuses import FAILURES, OK
 from dshpm_jax._compile_cache import cache_programs
 from dshpm_jax._console import add_unlabelled, complain, say
-from dshpm_jax._messages import one_line
+from dshpm_jax._messages import UsageError, one_line
 from dshpm_jax._model import SubjectModel
 
 if TYPE_CHECKING:
     from dshpm_jax._reconstruction import Motion
+
+
+ABOUT = "the motion of the segments from labelled recordings"
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -43,12 +46,12 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.out.mkdir(parents=True, exist_ok=True)
     except io.ReadError as error:
         complain(error)
-        return 1
+        return FAILURES
     except OSError as error:
         complain(f"{arguments.out}: cannot be made ({error.strerror}); give another folder")
-        return 1
+        return FAILURES
     troubles = [trouble for path in arguments.recordings for trouble in _reconstruct(path, model, arguments)]
-    return 1 if troubles else 0
+    return FAILURES if troubles else OK
 
 
 def _reconstruct(path: Path, model: SubjectModel, arguments: argparse.Namespace) -> Iterator[str]:

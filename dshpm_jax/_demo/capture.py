@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dshpm_jax import io
+from dshpm_jax._demo.folder import is_free
 from dshpm_jax._labelling import Labelling
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._recording import Recording
@@ -37,8 +38,7 @@ class Capture(NamedTuple):
 def run(out: Path | None = None) -> int:
     """Makes, labels, scores and draws a capture; writes what it made into `out` and gives the exit status."""
     folder = FOLDER if out is None else out
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        print(f"{folder} is there already and not empty: give another folder with -o", file=sys.stderr)
+    if not is_free(folder):
         return 1
     capture = _capture()
     _say_what(capture)

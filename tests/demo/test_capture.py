@@ -6,7 +6,8 @@ import types
 import numpy as np
 import pytest
 
-from dshpm_jax import _demo, io
+from dshpm_jax import io
+from dshpm_jax._demo import capture as demo
 from dshpm_jax._labelling import Labelling, Reason
 from dshpm_jax._trajectories import from_columns
 from dshpm_jax._types import NO_MATCH
@@ -19,7 +20,7 @@ PNG = b"\x89PNG"
 
 @pytest.fixture(scope="module")
 def capture():
-    return _demo._capture()
+    return demo._capture()
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +46,7 @@ def test_the_capture_is_what_it_says(capture):
 
 
 def test_the_demo_writes_what_it_names(knowing_matcher, capture, tmp_path, capsys):
-    assert _demo.run(tmp_path / "out") == 0
+    assert demo.run(tmp_path / "out") == 0
     said = capsys.readouterr().out
     assert said.count("100.00%") == 4
     assert all(label in said for label in capture.model.markers)
@@ -58,14 +59,14 @@ def test_the_demo_writes_what_it_names(knowing_matcher, capture, tmp_path, capsy
 
 def test_the_demo_overwrites_nothing(tmp_path, capsys):
     (tmp_path / "mine.txt").write_text("precious")
-    assert _demo.run(tmp_path) == 1
+    assert demo.run(tmp_path) == 1
     assert "give another folder" in capsys.readouterr().err
     assert [p.name for p in tmp_path.iterdir()] == ["mine.txt"]
 
 
 def test_without_matplotlib_the_picture_is_left_out(knowing_matcher, monkeypatch, tmp_path, capsys):
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
-    assert _demo.run(tmp_path / "out") == 0
+    assert demo.run(tmp_path / "out") == 0
     assert "dshpm-jax[pictures]" in capsys.readouterr().err
     assert not (tmp_path / "out" / "figures.png").exists()
 

@@ -1,71 +1,64 @@
-"""Batches in flight: sent to workers, one each; what a dead worker leaves behind goes on file by file, and what dies
-once more goes last and alone, as the worker may have been given something else besides that killed it."""
+"""Sends batches to workers, one each.
+
+What a dead worker leaves behind goes on file by file. What dies once more goes last and alone, as the worker may have
+been given something else besides that killed it.
+"""
 
 import dataclasses
 import itertools
 import logging
 from collections import deque
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 
 from dshpm_jax._archive.batch import label_batch
 from dshpm_jax._archive.jobs import Job
 from dshpm_jax._archive.outcomes import FAILED, Outcome, failed
-from dshpm_jax._archive.run import Order, Place, Step
-from dshpm_jax._archive.standing import Standing
+from dshpm_jax._archive.result_status import ResultStatus
+from dshpm_jax._archive.run import Executor, Order, Step
 from dshpm_jax._archive.workers import Connect, Workers
+from dshpm_jax._messages import UsageError
 
-if TYPE_CHECKING:
-    from distributed import Future
-
-LOOK_SECONDS = 2  # between two looks at who is there, while nothing happens
+LOOK_SECONDS = 2  # between two looks at how many workers there are, while nothing happens
 
 _log = logging.getLogger(__name__)
 
 
-def label_on(connect: Connect) -> Place:
+def label_on(connect: Connect) -> Executor:
     """Labels on the workers that `connect` gives, which are asked for only if there is something to do."""
 
-    def place(steps: Iterator[Step], order: Order) -> Iterator[Outcome]:
+    def execute(steps: Iterator[Step], order: Order) -> Iterator[Outcome]:
         for step in steps:
             if isinstance(step, Outcome):
                 yield step
                 continue
             with connect() as workers:
-                yield from _Flight(workers, order).run(itertools.chain([step], steps))
+                yield from _Dispatcher(workers, order).run(itertools.chain([step], steps))
 
-    return place
+    return execute
 
 
-class _Flight:
+class _Dispatcher:
     def __init__(self, workers: Workers, order: Order):
         self._workers = workers
         self._order = dataclasses.replace(order, out=order.out.absolute())
-        self._flying: dict[Future, list[Job]] = {}
+        self._running: dict[Future, list[Job]] = {}
         self._again: deque[list[Job]] = deque()
         self._suspects: deque[list[Job]] = deque()
-        self._killed: dict[Job, int] = {}  # workers, by a file that flew in a batch of its own
+        self._killed: dict[Job, int] = {}  # workers, by a file that was in a batch of its own
 
     def run(self, steps: Iterator[Step]) -> Iterator[Outcome]:
-        from distributed import wait
-
-        try:
-            while True:
-                yield from self._fill(steps)
-                if not self._flying:
-                    return
-                try:
-                    wait(list(self._flying), timeout=LOOK_SECONDS, return_when="FIRST_COMPLETED")
-                except TimeoutError:
-                    self._workers.revive()
-                yield from self._landed()
-        finally:
-            self._workers.client.cancel(list(self._flying), force=True)
+        while True:
+            yield from self._fill(steps)
+            if not self._running:
+                return
+            wait(self._running, timeout=LOOK_SECONDS, return_when=FIRST_COMPLETED)
+            yield from self._finished()
 
     def _fill(self, steps: Iterator[Step]) -> Iterator[Outcome]:
         """Sends batches until each worker has one; more would only be lost with a worker that dies."""
         room = max(1, self._workers.how_many())
-        while len(self._flying) < room:
+        while len(self._running) < room:
             step = self._following(steps)
             if step is None:
                 return
@@ -75,45 +68,46 @@ class _Flight:
                 self._send(step)
 
     def _following(self, steps: Iterator[Step]) -> Step | None:
-        """What is to be done next; `None` while there is nothing, or what is left has to fly alone."""
+        """What is to be done next; `None` while there is nothing, or what is left has to run alone."""
         if self._again:
             return self._again.popleft()
         step = next(steps, None)
-        if step is None and self._suspects and not self._flying:
+        if step is None and self._suspects and not self._running:
             return self._suspects.popleft()
         return step
 
     def _send(self, batch: list[Job]) -> None:
         jobs = [_absolute(job) for job in batch]
-        future = self._workers.client.submit(label_batch, jobs, self._order.out, self._order.settings, pure=False)
-        self._flying[future] = batch
+        future = self._workers.calls.submit(label_batch, jobs, self._order.out, self._order.settings)
+        self._running[future] = batch
 
-    def _landed(self) -> Iterator[Outcome]:
-        from distributed import KilledWorker
-
-        for future in [future for future in self._flying if future.done()]:
-            batch = self._flying.pop(future)
+    def _finished(self) -> Iterator[Outcome]:
+        for future in [future for future in self._running if future.done()]:
+            batch = self._running.pop(future)
             try:
                 outcomes = future.result()
-            except KilledWorker as error:
-                yield from self._mourn(batch, error.allowed_failures + 1)
-            except Exception as error:  # what no file is to blame for: the connection, or an environment without us
-                yield from (failed(job, error) for job in batch)
+            except UsageError:  # there are no workers
+                raise
+            except Exception as error:
+                if deaths := self._workers.deaths(error):
+                    yield from self._on_worker_death(batch, deaths)
+                else:  # what no file is to blame for: the connection, or an environment without us
+                    yield from (failed(job, error) for job in batch)
             else:
                 mine = {job.target: job for job in batch}
                 yield from (dataclasses.replace(outcome, job=mine[outcome.job.target]) for outcome in outcomes)
 
-    def _mourn(self, batch: Sequence[Job], workers: int) -> Iterator[Outcome]:
+    def _on_worker_death(self, batch: Sequence[Job], workers: int) -> Iterator[Outcome]:
         """Goes on after the death of the worker, or of several in turn, that labelled `batch`."""
         _log.debug("%d workers died over %s", workers, ", ".join(str(job.source) for job in batch))
-        standing = Standing(self._order.out, self._order.settings, self._order.force)
+        status = ResultStatus(self._order.out, self._order.settings, self._order.force)
         for job in batch:
-            found = standing.of(job)
+            found = status.of(job)
             if isinstance(found, Outcome):  # it was done before the worker died
                 yield found
             elif len(batch) > 1:
                 self._again.append([job])
-            elif job in self._killed:  # so it flew alone
+            elif job in self._killed:  # so it was alone
                 self._killed[job] += workers
                 yield Outcome(job, FAILED, self._blame(job))
             else:

@@ -22,10 +22,7 @@ def checker(monkeypatch):
             return []
         return [SimpleNamespace(label="LASI", column=0, first=0, last=1, should_be="RASI", confidence=0.98765)]
 
-    monkeypatch.setitem(sys.modules, "dshpm_jax._check", SimpleNamespace(check=check, Finding=None))
-    monkeypatch.delitem(sys.modules, "dshpm_jax._checking", raising=False)
-    yield
-    sys.modules.pop("dshpm_jax._checking", None)  # it holds the stand-in
+    monkeypatch.setitem(sys.modules, "dshpm_jax._check", SimpleNamespace(check=check))
 
 
 def test_check(folder, capsys, checker):

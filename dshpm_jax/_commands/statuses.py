@@ -1,0 +1,4 @@
+"""Exit statuses of the command line."""
+
+OK, FAILURES, WRONG_USAGE, INTERRUPTED = 0, 1, 2, 130
+"""All went well; something could not be done or is not as it should be; the order makes no sense; Ctrl-C."""
