@@ -8,7 +8,7 @@ from pathlib import Path
 PACKAGE = Path(__file__).resolve().parents[1] / "dshpm_jax"
 
 LEVELS = [
-    {"_messages", "_numbers", "_types", "_console", "_compile_cache"},
+    {"_messages", "_numbers", "_types", "_console", "_compile_cache", "_geometry"},
     {"_recording", "_trajectories", "_hierarchy", "_settings", "_model_building"},
     {"_model", "_scoring", "_subjects"},
     {"_labelling", "_requests"},

@@ -4,8 +4,8 @@ import numpy as np
 
 from dshpm_jax._control.dynamic import assign_within, identify_segment
 from dshpm_jax._control.scene import Known, Scene
+from dshpm_jax._geometry import is_seen
 from dshpm_jax._requests import Control, FitPoses
-from dshpm_jax._trajectories import is_seen
 from dshpm_jax._types import MIN_FIT_POINTS, NO_MATCH
 
 

@@ -12,14 +12,14 @@ from dshpm_jax._control.scene import Scene
 from dshpm_jax._control.settling import settle
 from dshpm_jax._control.turning import turn
 from dshpm_jax._control.voting import vote
+from dshpm_jax._geometry import is_seen, predict_last
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._model_building import Neighbourhood
-from dshpm_jax._model_building.neighbours import predict_last
 from dshpm_jax._recording import Recording
 from dshpm_jax._requests import Control, Together
 from dshpm_jax._settings import Settings
 from dshpm_jax._subjects import subjects_of
-from dshpm_jax._trajectories import Trajectories, by_marker, is_seen
+from dshpm_jax._trajectories import Trajectories, by_marker
 from dshpm_jax._types import MIN_FIT_POINTS, NO_MATCH, NO_PARENT
 
 FACTORS = np.geomspace(0.82, 1.22, 10)

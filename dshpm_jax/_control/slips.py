@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Float
 
-from dshpm_jax._trajectories import is_seen, runs
+from dshpm_jax._geometry import is_seen, runs
 
 LEAP = 10.0
 """Millimetres by which a point leaves its course in one step, at the least, when it becomes another point."""

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
+from dshpm_jax._geometry import every_nth, is_seen, predict_last
 from dshpm_jax._model_building.expectation import GENERAL_MM, GENERAL_SECONDS, expected_spread, general_share
-from dshpm_jax._model_building.shapes import mean_shape, weighted_fit, with_distances
+from dshpm_jax._model_building.shapes import mean_shape, with_distances
 from dshpm_jax._model_building.statistics import MAX_FRAMES, PairStatistics
-from dshpm_jax._trajectories import is_seen
 
 MAX_NEIGHBOURS = 8
 """More neighbours average out more noise, but the eighth is already on the next limb."""
@@ -49,7 +49,7 @@ def build_neighbourhoods(
     Arguments:
         loose: whether joints turn so far in the clips that mean shapes shrink (see `with_distances`).
     """
-    clips = [clip[:: max(1, -(-len(clip) // MAX_FRAMES))] for clip in clips]
+    clips = [clip[every_nth(len(clip), MAX_FRAMES)] for clip in clips]
     spread = expected_spread(statistics, names)
     soft = np.sqrt(spread**2 + (SHARE * statistics.mean) ** 2 + NOISE_MM**2)
     soft = np.where(np.isfinite(soft), soft, np.inf)
@@ -96,14 +96,6 @@ def _prediction_error(points: np.ndarray, shape: np.ndarray, weight: np.ndarray)
     error = np.linalg.norm(predict_last(shape, frames[:, :-1], weight) - frames[:, -1], axis=1)
     error = np.sort(error)[: max(1, int(0.99 * len(error)))]
     return float(np.sqrt((error**2).mean()))
-
-
-def predict_last(
-    shape: Float[np.ndarray, "neighbours+1 3"], points: Float[np.ndarray, "frames neighbours 3"], weight: np.ndarray
-) -> Float[np.ndarray, "frames 3"]:
-    """Where the last place of a shape is when the others are fitted to the points seen, three or more of them (mm)."""
-    rotation, translation, _ = weighted_fit(shape[:-1], points, weight)
-    return np.einsum("fij,j->fi", rotation, shape[-1]) + translation
 
 
 def as_arrays(

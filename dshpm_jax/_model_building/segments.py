@@ -7,13 +7,14 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from dshpm_jax._geometry import evenly_spaced, rigid_fit
 from dshpm_jax._hierarchy import Segment, VirtualJoin, choose_root
 from dshpm_jax._model_building.body_parts import parts_of, recognised
 from dshpm_jax._model_building.expectation import expected_spread
 from dshpm_jax._model_building.naming import segment_names
 from dshpm_jax._model_building.overlap import closeness, overlapping, spanning_tree
 from dshpm_jax._model_building.partition import MAX_GROUP, groups, name_factor, softness
-from dshpm_jax._model_building.shapes import MAX_SHAPE_FRAMES, fit, joint_centre, mean_shape
+from dshpm_jax._model_building.shapes import MAX_SHAPE_FRAMES, joint_centre, mean_shape
 from dshpm_jax._model_building.statistics import PairStatistics
 from dshpm_jax._model_building.templates import BY_NAMES, TEMPLATES, by_template
 from dshpm_jax._types import MIN_FIT_POINTS, NO_PARENT
@@ -69,7 +70,8 @@ def build_segments(
         plan = _from_motion(names, statistics)
     plan = _split_large(plan, statistics.mean)
     expected = replace(statistics, spread=expected_spread(statistics, names))
-    return _geometry(plan, np.concatenate([_thin(clip) for clip in clips]), expected)
+    points = np.concatenate([clip[evenly_spaced(len(clip), MAX_SHAPE_FRAMES)] for clip in clips])
+    return _geometry(plan, points, expected)
 
 
 def is_still(statistics: PairStatistics) -> bool:
@@ -77,10 +79,6 @@ def is_still(statistics: PairStatistics) -> bool:
     spread = statistics.spread[np.triu_indices(len(statistics.spread), 1)]
     spread = spread[np.isfinite(spread)]
     return not len(spread) or float(np.quantile(spread, 0.9)) < STILL_MM
-
-
-def _thin(clip: np.ndarray) -> np.ndarray:
-    return clip[np.linspace(0, len(clip) - 1, min(len(clip), MAX_SHAPE_FRAMES)).astype(int)]
 
 
 def _from_motion(
@@ -263,7 +261,7 @@ def _virtual_join(
         # A marker of both gives a little with each of them, so the poses rest on the others where these suffice.
         own = [k for k, marker in enumerate(markers) if marker not in plan.markers[there]]
         own = own if len(own) >= MIN_FIT_POINTS else list(range(len(markers)))
-        poses.append(fit(shapes[here][own], points[:, [markers[k] for k in own]]))
+        poses.append(rigid_fit(shapes[here][own], points[:, [markers[k] for k in own]]))
     in_parent, in_segment, spread = joint_centre(poses[0], poses[1], guesses[0], guesses[1])
     return VirtualJoin(in_parent, in_segment, spread) if spread <= MAX_JOINT_SPREAD_MM else None
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from dshpm_jax._trajectories import is_seen
+from dshpm_jax._geometry import evenly_spaced, is_seen
 
 MAX_FRAMES = 1000
 """Frames taken from one recording, evenly spaced: more say nothing new about a distance."""
@@ -87,9 +87,9 @@ def pair_statistics(clips: Sequence[Float[np.ndarray, "frames markers 3"]], rate
 
 def _one_recording(clip: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, ...]:
     """Common frames, trimmed mean, trimmed variance, low and high of each pair in one recording."""
-    seen = np.isfinite(clip.sum(-1))
+    seen = is_seen(clip)
     together = (seen[:, rows] & seen[:, columns]).sum(0)
-    clip = clip[_even(len(clip))]
+    clip = clip[evenly_spaced(len(clip), MAX_FRAMES, rounded=True)]
     distance = np.sort(np.linalg.norm(clip[:, rows] - clip[:, columns], axis=-1), axis=0)  # NaN last
     count = np.isfinite(distance).sum(0)
     cut = (TRIM * count).astype(int)
@@ -102,10 +102,6 @@ def _one_recording(clip: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> t
     low = np.where(kept, distance, np.inf).min(0)
     high = np.where(kept, distance, -np.inf).max(0)
     return np.where(count > 0, together, 0), mean, variance, low, high
-
-
-def _even(frames: int) -> np.ndarray:
-    return np.unique(np.linspace(0, frames - 1, min(frames, MAX_FRAMES)).round().astype(int))
 
 
 def _typical_spread(variance: Float[np.ndarray, "recordings pairs"]) -> Float[np.ndarray, "recordings"]:

@@ -16,11 +16,11 @@ import numpy as np
 import optimistix
 from jaxtyping import Array, Bool, Float
 
+from dshpm_jax._geometry import is_seen
 from dshpm_jax._hierarchy import depth_first
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._reconstruction.interpolation import Between
 from dshpm_jax._reconstruction.rigid import Poses, softness
-from dshpm_jax._trajectories import is_seen
 from dshpm_jax._types import NO_MATCH, NO_PARENT
 
 MIN_TIES = 2

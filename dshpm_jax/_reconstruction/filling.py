@@ -7,11 +7,10 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy.interpolate import CubicSpline
 
+from dshpm_jax._geometry import is_seen, runs, weighted_rigid_fit
 from dshpm_jax._model import SubjectModel
-from dshpm_jax._model_building.shapes import weighted_fit
 from dshpm_jax._reconstruction.rigid import MIN_PLANE_SPREAD_MM, Poses
 from dshpm_jax._recording import Recording
-from dshpm_jax._trajectories import is_seen, runs
 from dshpm_jax._types import MIN_FIT_POINTS
 
 CONTEXT_SECONDS, MIN_CONTEXT = 0.04, 3
@@ -107,7 +106,7 @@ def _neighbours(model: SubjectModel, window: Float[np.ndarray, "frames markers 3
     if len(there) < MIN_FIT_POINTS:
         return None
     others = window[:, [near.markers[k] for k in there]]
-    rotation, translation, spread = weighted_fit(near.shape[there], others, 1 / near.softness[there] ** 2)
+    rotation, translation, spread = weighted_rigid_fit(near.shape[there], others, 1 / near.softness[there] ** 2)
     return _Body(rotation, translation, near.shape[-1]) if spread.min() >= MIN_PLANE_SPREAD_MM else None
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 from jaxtyping import Float
 
+from dshpm_jax._geometry import is_seen
 from dshpm_jax._labelling import Labelling
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._reconstruction.filling import marker_points
@@ -10,7 +11,6 @@ from dshpm_jax._reconstruction.interpolation import interpolate
 from dshpm_jax._reconstruction.motion import Found, Motion
 from dshpm_jax._reconstruction.rigid import Poses, rigid_poses
 from dshpm_jax._recording import Recording
-from dshpm_jax._trajectories import is_seen
 from dshpm_jax._types import NO_PARENT
 
 BRIDGED_SECONDS = 1.0
@@ -78,7 +78,7 @@ def _joins(model: SubjectModel, poses: Poses) -> Float[np.ndarray, "frames segme
         else:
             continue
         both = np.stack([poses.place(segment.parent, in_parent), poses.place(s, in_segment)])
-        known = np.isfinite(both).all(-1, keepdims=True)
+        known = is_seen(both)[..., None]
         total = np.where(known, both, 0.0).sum(0)
         joins[:, s] = np.where(known.any(0), total / np.maximum(known.sum(0), 1), np.nan)
     return joins

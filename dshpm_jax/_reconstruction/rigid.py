@@ -6,9 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from dshpm_jax._geometry import is_seen, weighted_rigid_fit
 from dshpm_jax._model import SubjectModel
-from dshpm_jax._model_building.shapes import weighted_fit
-from dshpm_jax._trajectories import is_seen
 from dshpm_jax._types import MIN_FIT_POINTS
 
 MIN_PLANE_SPREAD_MM = 5.0
@@ -61,11 +60,11 @@ def _robust_fit(shape: np.ndarray, points: np.ndarray, soft: np.ndarray) -> tupl
     enough = np.flatnonzero(is_seen(points).sum(1) >= MIN_FIT_POINTS)
     here = points[enough]
     weight = np.broadcast_to(1 / soft**2, here.shape[:2])
-    turn, shift, spread = weighted_fit(shape, here, weight)
+    turn, shift, spread = weighted_rigid_fit(shape, here, weight)
     for limit in LIMITS:
         error = np.linalg.norm(np.einsum("fij,mj->fmi", turn, shape) + shift[:, None] - here, axis=-1)
         weight = 1 / (soft * (1 + (np.nan_to_num(error) / (limit * soft)) ** 2)) ** 2
-        turn, shift, spread = weighted_fit(shape, here, weight)
+        turn, shift, spread = weighted_rigid_fit(shape, here, weight)
     posed = spread >= MIN_PLANE_SPREAD_MM
     rotation[enough[posed]], translation[enough[posed]] = turn[posed], shift[posed]
     return rotation, translation
