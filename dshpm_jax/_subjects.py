@@ -5,8 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from dshpm_jax._hierarchy import Segment
-from dshpm_jax._model import SubjectModel
+from dshpm_jax._model import Segment, SubjectModel
 from dshpm_jax._types import NO_PARENT
 
 

@@ -11,7 +11,7 @@ from dshpm_jax._control.counterparts import turns
 from dshpm_jax._control.targets import make_targets, symmetries
 from dshpm_jax._kernels.life_evidence import MIN_DISTANCES, MIRROR, UNKNOWN
 from dshpm_jax._model import SubjectModel
-from dshpm_jax._model_building import as_arrays
+from dshpm_jax._model import neighbourhood_arrays as as_arrays
 from dshpm_jax._requests import Target
 from dshpm_jax._settings import Settings
 from dshpm_jax._types import MIN_FIT_POINTS, NO_MATCH

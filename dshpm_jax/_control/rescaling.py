@@ -13,8 +13,7 @@ from dshpm_jax._control.settling import settle
 from dshpm_jax._control.turning import turn
 from dshpm_jax._control.voting import vote
 from dshpm_jax._geometry import is_seen, predict_last
-from dshpm_jax._model import SubjectModel
-from dshpm_jax._model_building import Neighbourhood
+from dshpm_jax._model import Neighbourhood, SubjectModel
 from dshpm_jax._recording import Recording
 from dshpm_jax._requests import Control, Together
 from dshpm_jax._settings import Settings

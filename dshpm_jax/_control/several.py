@@ -14,7 +14,8 @@ from scipy.sparse.csgraph import connected_components
 from dshpm_jax._control.moves import Move
 from dshpm_jax._control.scene import Scene
 from dshpm_jax._control.settling import State, improve, make_moves
-from dshpm_jax._hierarchy import Segment, subtree
+from dshpm_jax._hierarchy import subtree
+from dshpm_jax._model import Segment
 from dshpm_jax._requests import Control
 from dshpm_jax._subjects import subjects_of
 from dshpm_jax._types import NO_MATCH

@@ -6,8 +6,7 @@ from itertools import permutations
 import numpy as np
 from jaxtyping import Float
 
-from dshpm_jax._hierarchy import Segment
-from dshpm_jax._model import SubjectModel, pair_tolerance
+from dshpm_jax._model import Segment, SubjectModel, pair_tolerance
 from dshpm_jax._requests import Target
 from dshpm_jax._settings import Settings
 from dshpm_jax._types import MIN_FIT_POINTS, NO_MATCH

@@ -1,41 +1,21 @@
 """Neighbourhoods: for every marker the markers that predict its place best, and how well they do."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from dshpm_jax._geometry import every_nth, is_seen, predict_last
+from dshpm_jax._model import MAX_NEIGHBOURS, Neighbourhood
 from dshpm_jax._model_building.expectation import GENERAL_MM, GENERAL_SECONDS, expected_spread, general_share
 from dshpm_jax._model_building.shapes import mean_shape, with_distances
 from dshpm_jax._model_building.statistics import MAX_FRAMES, PairStatistics
-
-MAX_NEIGHBOURS = 8
-"""More neighbours average out more noise, but the eighth is already on the next limb."""
 
 SHARE, NOISE_MM = 0.01, 2.0
 """Every distance may change by this share of itself, and by this much, between recordings."""
 
 MIN_SPREAD_MM = 4.0
 """A short clip may predict a marker better than the next recording will."""
-
-
-@dataclass(frozen=True, eq=False)
-class Neighbourhood:
-    """The markers nearest to rigid with one marker.
-
-    Attributes:
-        markers: identities of the neighbours, the softest last.
-        shape: mean places of the neighbours and, last, of the marker itself, in a frame of their own (mm).
-        softness: how much the distance of each neighbour to the marker varies (mm).
-        spread: root mean square error with which the neighbours predicted the marker in the model's recordings (mm).
-    """
-
-    markers: tuple[int, ...]
-    shape: Float[np.ndarray, "neighbours+1 3"]
-    softness: Float[np.ndarray, " neighbours"]
-    spread: float
 
 
 def build_neighbourhoods(
@@ -96,20 +76,3 @@ def _prediction_error(points: np.ndarray, shape: np.ndarray, weight: np.ndarray)
     error = np.linalg.norm(predict_last(shape, frames[:, :-1], weight) - frames[:, -1], axis=1)
     error = np.sort(error)[: max(1, int(0.99 * len(error)))]
     return float(np.sqrt((error**2).mean()))
-
-
-def as_arrays(
-    neighbourhoods: Sequence[Neighbourhood],
-) -> tuple[Int[np.ndarray, "markers neighbours"], ...]:
-    """Neighbours (`-1` beyond the last), their places, the markers' own places, softness and spreads, padded."""
-    count = len(neighbourhoods)
-    ids = np.full((count, MAX_NEIGHBOURS), -1, np.int32)
-    shape = np.zeros((count, MAX_NEIGHBOURS, 3), np.float32)
-    own = np.zeros((count, 3), np.float32)
-    soft = np.ones((count, MAX_NEIGHBOURS), np.float32)
-    spread = np.ones(count, np.float32)
-    for m, found in enumerate(neighbourhoods):
-        size = len(found.markers)
-        ids[m, :size], shape[m, :size], own[m] = found.markers, found.shape[:-1], found.shape[-1]
-        soft[m, :size], spread[m] = found.softness, found.spread
-    return ids, shape, own, soft, spread

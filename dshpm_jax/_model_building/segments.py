@@ -8,7 +8,8 @@ import numpy as np
 from jaxtyping import Float
 
 from dshpm_jax._geometry import evenly_spaced, rigid_fit
-from dshpm_jax._hierarchy import Segment, VirtualJoin, choose_root
+from dshpm_jax._hierarchy import choose_root
+from dshpm_jax._model import Segment, VirtualJoin
 from dshpm_jax._model_building.body_parts import parts_of, recognised
 from dshpm_jax._model_building.expectation import expected_spread
 from dshpm_jax._model_building.naming import segment_names

@@ -6,7 +6,8 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy.spatial.transform import Rotation
 
-from dshpm_jax._hierarchy import Segment, depth_first
+from dshpm_jax._hierarchy import depth_first
+from dshpm_jax._model import Segment
 from dshpm_jax._reconstruction.rigid import Poses
 from dshpm_jax._types import NO_PARENT
 

@@ -6,9 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from dshpm_jax._hierarchy import Segment, depth_first
-from dshpm_jax._model import SubjectModel
-from dshpm_jax._model_building import MAX_NEIGHBOURS
+from dshpm_jax._hierarchy import depth_first
+from dshpm_jax._model import MAX_NEIGHBOURS, Segment, SubjectModel
 from dshpm_jax._types import NO_PARENT
 from dshpm_jax.io._atomic import write_whole
 from dshpm_jax.io._errors import ReadError

@@ -10,8 +10,9 @@ from scipy.spatial import ConvexHull, QhullError
 from scipy.spatial.distance import cdist
 
 from dshpm_jax._geometry import evenly_inside, is_seen
-from dshpm_jax._hierarchy import Segment, depth_first
+from dshpm_jax._hierarchy import depth_first
 from dshpm_jax._labelling import Labelling
+from dshpm_jax._model import Segment
 from dshpm_jax._trajectories import by_marker
 from dshpm_jax._types import NO_MATCH
 from dshpm_jax.report._looks import COLOURS, shortest_tree, upward

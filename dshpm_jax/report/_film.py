@@ -8,7 +8,8 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from dshpm_jax._geometry import evenly_spaced, is_seen, pair_distances
-from dshpm_jax._hierarchy import Segment, depth_first
+from dshpm_jax._hierarchy import depth_first
+from dshpm_jax._model import Segment
 from dshpm_jax._recording import Recording
 from dshpm_jax._trajectories import from_columns
 from dshpm_jax._types import NO_MATCH

@@ -8,8 +8,7 @@ import pytest
 from making import make_model
 
 from dshpm_jax import io
-from dshpm_jax._hierarchy import Segment, VirtualJoin
-from dshpm_jax._model_building import Neighbourhood
+from dshpm_jax._model import Neighbourhood, Segment, VirtualJoin
 from dshpm_jax.io._fields import encode
 
 

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from dshpm_jax._model_building import build_neighbourhoods, pair_statistics
+from dshpm_jax._model_building.neighbours import build_neighbourhoods
+from dshpm_jax._model_building.statistics import pair_statistics
 
 NAMES = tuple(f"m{k}" for k in range(10))
 

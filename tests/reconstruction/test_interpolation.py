@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from dshpm_jax._hierarchy import Segment, VirtualJoin
+from dshpm_jax._model import Segment, VirtualJoin
 from dshpm_jax._reconstruction.interpolation import interpolate
 from dshpm_jax._reconstruction.rigid import Poses
 
