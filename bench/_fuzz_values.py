@@ -19,7 +19,7 @@ EXTREMES: tuple[Any, ...] = (
 )
 SCALES = (0.0, 1e-9, 1e-3, 0.5, 2.0, 1e3, 1e6, 1e150)
 LENGTHS = (0.0, 1e-9, 1.0, 1e4, 1e9, 1e38, 1e300, math.nan, math.inf)
-TABLES = ("pair_mean", "pair_spread", "pair_low", "pair_high", "pair_frames")
+TABLES = ("pair_mean", "pair_spread")
 
 
 def damage_values(data: bytes, suffix: str, rng: np.random.Generator) -> bytes:

@@ -85,8 +85,6 @@ class SubjectModel:
         pair_mean, pair_spread: mean and standard deviation of the distance of two markers (mm), NaN for a pair never
             seen together. As far as the model's recordings show little motion, or only a single frame, the spread is
             that of such markers in general (`_model_building.expectation`).
-        pair_low, pair_high: smallest and largest such distance (mm).
-        pair_frames: in how many frames the pair was seen together.
         neighbourhoods: for each marker those that predict its place best.
         sources: names of the recordings that it was made from.
     """
@@ -95,9 +93,6 @@ class SubjectModel:
     segments: tuple[Segment, ...]
     pair_mean: Float[np.ndarray, "markers markers"]
     pair_spread: Float[np.ndarray, "markers markers"]
-    pair_low: Float[np.ndarray, "markers markers"]
-    pair_high: Float[np.ndarray, "markers markers"]
-    pair_frames: Int[np.ndarray, "markers markers"]
     neighbourhoods: tuple[Neighbourhood, ...] = ()
     sources: tuple[str, ...] = field(default=())
 
@@ -173,8 +168,6 @@ class SubjectModel:
             segments=tuple(_scaled_segment(segment, factor) for segment in self.segments),
             pair_mean=mean,
             pair_spread=np.hypot(self.pair_spread * factor, proportions * mean),
-            pair_low=self.pair_low * factor,
-            pair_high=self.pair_high * factor,
             neighbourhoods=tuple(_scaled_neighbourhood(near, factor, proportions) for near in self.neighbourhoods),
         )
 

@@ -48,9 +48,6 @@ def _from_clips(
         segments=build_segments(names, clips, statistics, **segments),
         pair_mean=statistics.mean,
         pair_spread=expected_spread(statistics, names),
-        pair_low=statistics.low,
-        pair_high=statistics.high,
-        pair_frames=statistics.frames,
         neighbourhoods=build_neighbourhoods(names, clips, statistics, loose="rigid" in segments),
         sources=sources,
     )

@@ -16,7 +16,13 @@ from dshpm_jax.io._osim import read_osim
 from dshpm_jax.io._units import FARTHEST_MM
 from dshpm_jax.io._vsk import read_vsk
 
-FORMAT, VERSION = "dshpm-model", 1
+FORMAT, VERSION = "dshpm-model", 2
+"""Of what is written. Version 1 is read too (`_from_version_1`); a program that knows only version 1 refuses version 2
+and says that the model is to be made again."""
+
+DROPPED = ("pair_low", "pair_high", "pair_frames")
+"""Tables of version 1 that nothing read."""
+
 SUBJECT_FILES = {".vsk": read_vsk, ".osim": read_osim}
 """Endings of files in which other programs keep a subject, and what reads them."""
 
@@ -56,14 +62,22 @@ def read_model(path: str | Path) -> SubjectModel:
         raise ReadError(path, what, "make it again with 'dshpm-jax model'") from None
     if not isinstance(found, dict) or found.pop("format", None) != FORMAT:
         raise ReadError(path, "this is no marker model", "make one with 'dshpm-jax model'")
-    if (version := found.pop("version", None)) != VERSION:
-        raise ReadError(path, f"has version {version}, this program knows {VERSION}", "make it again")
+    if (version := found.pop("version", None)) not in (1, VERSION):
+        raise ReadError(path, f"has version {version}, this program knows 1 and {VERSION}", "make it again")
+    if version == 1:
+        _from_version_1(found)
     try:
         model = decode(SubjectModel, found, "the model", {})
         _check(model)
     except ValueError as error:
         raise ReadError(path, str(error), _REMEDY) from None
     return model
+
+
+def _from_version_1(found: dict[str, Any]) -> None:
+    """Brings the entries of a file of version 1 into those of today; what is damaged stays so, to be told."""
+    for name in DROPPED:
+        found.pop(name, None)
 
 
 def _from_subject_file(path: Path) -> SubjectModel:
@@ -104,7 +118,7 @@ def _check(model: SubjectModel) -> None:
     if len(set(model.markers)) < len(model.markers):
         twice = next(name for name in model.markers if model.markers.count(name) > 1)
         raise ValueError(f"the model has two markers with the name '{twice}'")
-    for name in ("pair_mean", "pair_spread", "pair_low", "pair_high", "pair_frames"):
+    for name in ("pair_mean", "pair_spread"):
         table = getattr(model, name)
         if not np.array_equal(table, table.T, equal_nan=True):
             raise ValueError(f"the model.{name} is not symmetric")
