@@ -163,7 +163,7 @@ def _no_neighbours(model: Any, rng: np.random.Generator) -> None:
         model["neighbourhoods"] = []
         return
     near = _choice(rng, model["neighbourhoods"])
-    near.update(markers=[], shape=near["shape"][-1:], softness=[])
+    near.update(markers=[], shape=near["shape"][-1:], distance_sd=[])
 
 
 def _setting(settings: Any, rng: np.random.Generator) -> None:

@@ -63,16 +63,16 @@ class Neighbourhood:
     """The markers nearest to rigid with one marker.
 
     Attributes:
-        markers: identities of the neighbours, the softest last.
+        markers: identities of the neighbours, in the order of `distance_sd`.
         shape: mean places of the neighbours and, last, of the marker itself, in a frame of their own (mm).
-        softness: how much the distance of each neighbour to the marker varies (mm).
-        spread: root mean square error with which the neighbours predicted the marker in the model's recordings (mm).
+        distance_sd: standard deviation of the distance of each neighbour to the marker (mm), least first.
+        marker_sd: root mean square error with which the neighbours predicted the marker in the model's recordings (mm).
     """
 
     markers: tuple[int, ...]
     shape: Float[np.ndarray, "neighbours+1 3"]
-    softness: Float[np.ndarray, " neighbours"]
-    spread: float
+    distance_sd: Float[np.ndarray, " neighbours"]
+    marker_sd: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +127,7 @@ class SubjectModel:
     ) -> "SubjectModel":
         """A model from one frame of an unlabelled recording, as in the paper (section 5.1.1).
 
-        One frame shows no softness, so the spreads are those of markers in general.
+        One frame shows no motion, so the spreads are those of markers in general.
 
         Arguments:
             recording: its columns need no names.
@@ -183,8 +183,8 @@ def _scaled_neighbourhood(near: Neighbourhood, factor: float, proportions: float
     shape = near.shape * factor
     slack = proportions * np.linalg.norm(shape[:-1] - shape[-1], axis=1)
     further = float(np.sqrt(np.mean(slack**2))) if len(slack) else 0.0
-    softness = np.hypot(near.softness * factor, slack)
-    return replace(near, shape=shape, softness=softness, spread=float(np.hypot(near.spread * factor, further)))
+    marker_sd = float(np.hypot(near.marker_sd * factor, further))
+    return replace(near, shape=shape, distance_sd=np.hypot(near.distance_sd * factor, slack), marker_sd=marker_sd)
 
 
 def pair_tolerance(
@@ -203,15 +203,15 @@ def pair_tolerance(
 def neighbourhood_arrays(
     neighbourhoods: Sequence[Neighbourhood],
 ) -> tuple[Int[np.ndarray, "markers neighbours"], ...]:
-    """Neighbours (`-1` beyond the last), their places, the markers' own places, softness and spreads, padded."""
+    """Neighbours (`-1` beyond the last), their places, the markers' own, `distance_sd` and `marker_sd`, all padded."""
     count = len(neighbourhoods)
     ids = np.full((count, MAX_NEIGHBOURS), -1, np.int32)
     shape = np.zeros((count, MAX_NEIGHBOURS, 3), np.float32)
     own = np.zeros((count, 3), np.float32)
-    soft = np.ones((count, MAX_NEIGHBOURS), np.float32)
-    spread = np.ones(count, np.float32)
+    distance_sd = np.ones((count, MAX_NEIGHBOURS), np.float32)
+    marker_sd = np.ones(count, np.float32)
     for m, found in enumerate(neighbourhoods):
         size = len(found.markers)
         ids[m, :size], shape[m, :size], own[m] = found.markers, found.shape[:-1], found.shape[-1]
-        soft[m, :size], spread[m] = found.softness, found.spread
-    return ids, shape, own, soft, spread
+        distance_sd[m, :size], marker_sd[m] = found.distance_sd, found.marker_sd
+    return ids, shape, own, distance_sd, marker_sd

@@ -101,5 +101,5 @@ def _predicted(near: Neighbourhood, points: Float[np.ndarray, "frames markers 3"
     enough = is_seen(around).sum(1) >= MIN_FIT_POINTS
     places = np.full((len(points), 3), np.nan)
     if enough.any():
-        places[enough] = predict_last(near.shape, around[enough], 1 / near.softness**2)
+        places[enough] = predict_last(near.shape, around[enough], 1 / near.distance_sd**2)
     return places

@@ -31,37 +31,35 @@ def build_neighbourhoods(
     """
     clips = [clip[every_nth(len(clip), MAX_FRAMES)] for clip in clips]
     spread = expected_spread(statistics, names)
-    soft = np.sqrt(spread**2 + (SHARE * statistics.mean) ** 2 + NOISE_MM**2)
-    soft = np.where(np.isfinite(soft), soft, np.inf)
-    np.fill_diagonal(soft, np.inf)
+    distance_sd = np.sqrt(spread**2 + (SHARE * statistics.mean) ** 2 + NOISE_MM**2)
+    distance_sd = np.where(np.isfinite(distance_sd), distance_sd, np.inf)
+    np.fill_diagonal(distance_sd, np.inf)
     general = np.hypot(GENERAL_MM, general_share(names) * statistics.mean)
-    return tuple(_neighbourhood(clips, statistics, soft, general, m, loose) for m in range(len(names)))
+    return tuple(_neighbourhood(clips, statistics, distance_sd, general, m, loose) for m in range(len(names)))
 
 
 def _neighbourhood(
     clips: Sequence[np.ndarray],
     statistics: PairStatistics,
-    soft: np.ndarray,
+    distance_sd: np.ndarray,
     general: np.ndarray,
     marker: int,
     loose: bool,
 ) -> Neighbourhood:
-    order = np.argsort(soft[marker], kind="stable")[:MAX_NEIGHBOURS]
-    order = order[np.isfinite(soft[marker, order])]
+    order = np.argsort(distance_sd[marker], kind="stable")[:MAX_NEIGHBOURS]
+    order = order[np.isfinite(distance_sd[marker, order])]
     ids = np.append(order, marker)
     shape = mean_shape(np.concatenate([clip[:, ids] for clip in clips]), statistics.mean[np.ix_(ids, ids)])
     if loose:
-        shape = with_distances(shape, statistics.mean[np.ix_(ids, ids)], soft[np.ix_(ids, ids)])
-    softness = soft[marker, order]
-    seen = [_prediction_error(clip[:, ids], shape, 1 / softness**2) for clip in clips]
+        shape = with_distances(shape, statistics.mean[np.ix_(ids, ids)], distance_sd[np.ix_(ids, ids)])
+    sd = distance_sd[marker, order]
+    seen = [_prediction_error(clip[:, ids], shape, 1 / sd**2) for clip in clips]
     # The liveliest recording counts: a static predicts every marker perfectly and says nothing.
     learnt = max((error for error in seen if np.isfinite(error)), default=0.0)
     seconds = float(np.median(statistics.seconds[marker, order])) if len(order) else 0.0
     usual = np.sqrt(1 / np.mean(1 / general[marker, order] ** 2)) if len(order) else MIN_SPREAD_MM
     variance = (seconds * learnt**2 + GENERAL_SECONDS * usual**2) / (seconds + GENERAL_SECONDS)
-    return Neighbourhood(
-        tuple(int(i) for i in order), shape, softness, float(np.hypot(MIN_SPREAD_MM, np.sqrt(variance)))
-    )
+    return Neighbourhood(tuple(int(i) for i in order), shape, sd, float(np.hypot(MIN_SPREAD_MM, np.sqrt(variance))))
 
 
 def _prediction_error(points: np.ndarray, shape: np.ndarray, weight: np.ndarray) -> float:

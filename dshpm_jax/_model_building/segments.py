@@ -1,4 +1,4 @@
-"""Builds the segments of a model: which markers, what shape, how soft, and how they hang together."""
+"""Builds the segments of a model: which markers, what shape, how rigid, and how they hang together."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -14,7 +14,7 @@ from dshpm_jax._model_building.body_parts import parts_of, recognised
 from dshpm_jax._model_building.expectation import expected_spread
 from dshpm_jax._model_building.naming import segment_names
 from dshpm_jax._model_building.overlap import closeness, overlapping, spanning_tree
-from dshpm_jax._model_building.partition import MAX_GROUP, groups, name_factor, softness
+from dshpm_jax._model_building.partition import MAX_GROUP, groups, name_factor, normalised_spread
 from dshpm_jax._model_building.shapes import MAX_SHAPE_FRAMES, joint_centre, mean_shape
 from dshpm_jax._model_building.statistics import PairStatistics
 from dshpm_jax._model_building.templates import BY_NAMES, TEMPLATES, by_template
@@ -85,9 +85,9 @@ def is_still(statistics: PairStatistics) -> bool:
 def _from_motion(
     names: Sequence[str], statistics: PairStatistics, rigid: Sequence[Sequence[int]] | None = None
 ) -> Plan:
-    soft = softness(statistics, names)
-    found = groups(soft, names) if rigid is None else rigid
-    markers, links = overlapping(found, soft, [parts_of(name) for name in names])
+    spread = normalised_spread(statistics, names)
+    found = groups(spread, names) if rigid is None else rigid
+    markers, links = overlapping(found, spread, [parts_of(name) for name in names])
     return Plan(segment_names(markers, names), markers, _parents(markers, links))
 
 
@@ -225,7 +225,7 @@ def _split_large(plan: Plan, distance: np.ndarray) -> Plan:
 
 
 def _geometry(plan: Plan, points: np.ndarray, statistics: PairStatistics) -> tuple[Segment, ...]:
-    """Shapes, poses over the recordings, joins and softness of the planned segments."""
+    """Shapes, poses over the recordings, joins and rigidity of the planned segments."""
     shapes = [mean_shape(points[:, m], statistics.mean[np.ix_(m, m)]) for m in plan.markers]
     segments = []
     for s, markers in enumerate(plan.markers):

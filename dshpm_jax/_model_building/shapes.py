@@ -10,7 +10,7 @@ ROUNDS = 8
 """Rounds of the mean shape; it settles to a hundredth of a millimetre in fewer."""
 
 DISTANCE_ROUNDS = 100
-"""Rounds of a shape with given distances; what they still change are the softest, by a millimetre."""
+"""Rounds of a shape with given distances; what they still change are the loosest, by a millimetre."""
 
 MAX_SHAPE_FRAMES = 400
 """Frames that a shape and a joint are made from, evenly spaced."""
@@ -66,14 +66,14 @@ def _from_distances(distances: Float[np.ndarray, "markers markers"]) -> Float[np
 def with_distances(
     shape: Float[np.ndarray, "markers 3"],
     distances: Float[np.ndarray, "markers markers"],
-    softness: Float[np.ndarray, "markers markers"],
+    distance_sd: Float[np.ndarray, "markers markers"],
 ) -> Float[np.ndarray, "markers 3"]:
     """A shape near `shape` that keeps the mean distances, the most rigid first (all mm).
 
     The mean place of a marker that turns about another lies between the two, so a mean shape of loose markers is
-    smaller than any that was ever seen. Least squares of the distances, weighted by 1 / softness^2, by majorisation.
+    smaller than any that was ever seen. Least squares of the distances, weighted by 1 / distance_sd^2, by majorisation.
     """
-    weight = np.where(np.isfinite(distances), 1 / softness**2, 0)
+    weight = np.where(np.isfinite(distances), 1 / distance_sd**2, 0)
     np.fill_diagonal(weight, 0)
     wanted = np.nan_to_num(distances)
     pull = np.linalg.pinv(np.diag(weight.sum(1)) - weight)

@@ -20,7 +20,7 @@ from dshpm_jax._geometry import is_seen
 from dshpm_jax._hierarchy import depth_first
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._reconstruction.interpolation import Between
-from dshpm_jax._reconstruction.rigid import Poses, softness
+from dshpm_jax._reconstruction.rigid import Poses, marker_sd
 from dshpm_jax._types import NO_MATCH, NO_PARENT
 
 MIN_TIES = 2
@@ -30,8 +30,8 @@ TURNS = 3
 """Rounds over the tree after the first; poses settle to some tenths of a millimetre."""
 
 LIMIT = 3.0
-"""From so many softnesses on, a marker pulls hardly more the further away it is (pseudo-Huber): a wrong one does little
-harm, and a right one is still found from a guess far off."""
+"""From this number of standard deviations on, a marker pulls hardly more the further away it is (pseudo-Huber): a wrong
+one does little harm, and a right one is still found from a guess far off."""
 
 MIN_JOINT_MM = 3.0
 """No joint is stiffer than this."""
@@ -77,7 +77,7 @@ class Tie(NamedTuple):
     marker: int
     neighbour: int
     there: Float[np.ndarray, "3"]
-    softness: float
+    sd: float
 
 
 def fit_articulated(
@@ -134,9 +134,9 @@ def _sides(model: SubjectModel) -> tuple[list[int], list[int]]:
 def _ties(model: SubjectModel, segment: int) -> Iterator[Tie]:
     """The markers of a segment, and its joints with its parent and its children."""
     own = model.segments[segment]
-    soft = dict(zip(own.markers, softness(model, own.markers)))
+    sd = dict(zip(own.markers, marker_sd(model, own.markers)))
     for marker, place in zip(own.markers, own.shape):
-        yield Tie(place, marker, NO_MATCH, place, soft[marker])
+        yield Tie(place, marker, NO_MATCH, place, sd[marker])
     for child, below in enumerate(model.segments):
         if below.parent == NO_PARENT or segment not in (child, below.parent):
             continue
@@ -149,7 +149,7 @@ def _ties(model: SubjectModel, segment: int) -> Iterator[Tie]:
         for marker in below.join:
             places = (above.shape[above.markers.index(marker)], below.shape[below.markers.index(marker)])
             here, there = places[::-1] if segment == child else places
-            yield Tie(here, marker, neighbour, there, soft[marker])
+            yield Tie(here, marker, neighbour, there, sd[marker])
 
 
 def _tied(ties: list[list[Tie]], points: np.ndarray, known: np.ndarray) -> Bool[np.ndarray, "frames segments"]:
@@ -185,7 +185,7 @@ def _problems(
         else:
             place = poses.place(tie.neighbour, tie.there, frames)
             holds = known[frames, tie.neighbour] & ~seen  # a marker that is seen holds both by itself
-        there[holds, k], weight[holds, k] = place[holds], 1 / tie.softness
+        there[holds, k], weight[holds, k] = place[holds], 1 / tie.sd
     return Problems(
         guess.rotations[frames, segment],
         guess.translations[frames, segment],

@@ -106,7 +106,7 @@ def _neighbours(model: SubjectModel, window: Float[np.ndarray, "frames markers 3
     if len(there) < MIN_FIT_POINTS:
         return None
     others = window[:, [near.markers[k] for k in there]]
-    rotation, translation, spread = weighted_rigid_fit(near.shape[there], others, 1 / near.softness[there] ** 2)
+    rotation, translation, spread = weighted_rigid_fit(near.shape[there], others, 1 / near.distance_sd[there] ** 2)
     return _Body(rotation, translation, near.shape[-1]) if spread.min() >= MIN_PLANE_SPREAD_MM else None
 
 

@@ -23,6 +23,9 @@ and says that the model is to be made again."""
 DROPPED = ("pair_low", "pair_high", "pair_frames")
 """Tables of version 1 that nothing read."""
 
+RENAMED = {"softness": "distance_sd", "spread": "marker_sd"}
+"""Entries of a neighbourhood in version 1, and what they are called now."""
+
 SUBJECT_FILES = {".vsk": read_vsk, ".osim": read_osim}
 """Endings of files in which other programs keep a subject, and what reads them."""
 
@@ -78,6 +81,12 @@ def _from_version_1(found: dict[str, Any]) -> None:
     """Brings the entries of a file of version 1 into those of today; what is damaged stays so, to be told."""
     for name in DROPPED:
         found.pop(name, None)
+    whole = found.get("neighbourhoods")
+    for near in whole if isinstance(whole, list) else []:
+        if isinstance(near, dict):
+            for old, new in RENAMED.items():
+                if old in near:
+                    near[new] = near.pop(old)
 
 
 def _from_subject_file(path: Path) -> SubjectModel:
@@ -134,9 +143,9 @@ def _check(model: SubjectModel) -> None:
             raise ValueError(f"the model.neighbourhoods[{m}] names a marker that is none of the others")
         if len(near.markers) > MAX_NEIGHBOURS:
             raise ValueError(f"the model.neighbourhoods[{m}] has {len(near.markers)} markers, at most {MAX_NEIGHBOURS}")
-        if not (np.isfinite(near.shape).all() and (near.softness >= LEAST).all() and near.spread >= LEAST):
+        if not (np.isfinite(near.shape).all() and (near.distance_sd >= LEAST).all() and near.marker_sd >= LEAST):
             raise ValueError(f"the model.neighbourhoods[{m}] holds missing or negative numbers")
-        _check_lengths(np.r_[near.shape.ravel(), near.softness, near.spread], f"the model.neighbourhoods[{m}]")
+        _check_lengths(np.r_[near.shape.ravel(), near.distance_sd, near.marker_sd], f"the model.neighbourhoods[{m}]")
     if len(depth_first(model.segments)) < len(model.segments):
         raise ValueError("the parents of the segments form a circle")
     if lost := set(range(model.num_markers)) - {m for segment in model.segments for m in segment.markers}:
