@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
-from dshpm_jax._model_building.body_parts import meet, parts_of
+from dshpm_jax._model_building.body_parts import meet, parts_of_each
 from dshpm_jax._model_building.statistics import PairStatistics
 
 GENERAL_MM = 2.0
@@ -39,7 +39,7 @@ def expected_spread(statistics: PairStatistics, names: Sequence[str]) -> Float[n
 
 def general_share(names: Sequence[str]) -> Float[np.ndarray, "markers markers"]:
     """`GENERAL_SHARE` of every pair of names."""
-    parts = [parts_of(name) for name in names]
+    parts = parts_of_each(names)
     return np.array([[GENERAL_SHARE[_kind(one, other)] for other in parts] for one in parts])
 
 

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
-from dshpm_jax._model_building.body_parts import meet, parts_of
+from dshpm_jax._model_building.body_parts import meet, parts_of_each
 from dshpm_jax._model_building.statistics import PairStatistics
 
 SKIN_MM, SKIN_SHARE = 4.0, 0.03
@@ -53,7 +53,7 @@ def normalised_spread(statistics: PairStatistics, names: Sequence[str]) -> Float
 
 def name_factor(names: Sequence[str]) -> Float[np.ndarray, "markers markers"]:
     """What the names of two markers say about their being on one bone (see `SAME_PART`); 1 where they say nothing."""
-    parts = [parts_of(name) for name in names]
+    parts = parts_of_each(names)
     factor = np.ones((len(names), len(names)))
     for i, one in enumerate(parts):
         for j, other in enumerate(parts):
@@ -69,7 +69,7 @@ def groups(spread: Float[np.ndarray, "markers markers"], names: Sequence[str]) -
     Markers whose names have no part of the body in common are never put together here, however rigid they look: a
     wrist that nobody bent in this recording may bend in the next.
     """
-    parts = [parts_of(name) for name in names]
+    parts = parts_of_each(names)
     merges = _linkage(spread, parts)
     stop = _cut(np.array([height for *_, height in merges]))
     found = {i: [i] for i in range(len(spread))}

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from dshpm_jax._geometry import evenly_spaced, rigid_fit
 from dshpm_jax._hierarchy import choose_root
 from dshpm_jax._model import Segment, VirtualJoin
-from dshpm_jax._model_building.body_parts import parts_of, recognised
+from dshpm_jax._model_building.body_parts import parts_of_each, recognised
 from dshpm_jax._model_building.expectation import expected_spread
 from dshpm_jax._model_building.naming import segment_names
 from dshpm_jax._model_building.overlap import closeness, overlapping, spanning_tree
@@ -87,7 +87,7 @@ def _from_motion(
 ) -> Plan:
     spread = normalised_spread(statistics, names)
     found = groups(spread, names) if rigid is None else rigid
-    markers, links = overlapping(found, spread, [parts_of(name) for name in names])
+    markers, links = overlapping(found, spread, parts_of_each(names))
     return Plan(segment_names(markers, names), markers, _parents(markers, links))
 
 
