@@ -9,7 +9,7 @@ from dshpm_jax._geometry import every_nth, is_seen, predict_last
 from dshpm_jax._model import MAX_NEIGHBOURS, Neighbourhood
 from dshpm_jax._model_building.expectation import GENERAL_MM, GENERAL_SECONDS, expected_spread, general_share
 from dshpm_jax._model_building.shapes import mean_shape, with_distances
-from dshpm_jax._model_building.statistics import MAX_FRAMES, PairStatistics
+from dshpm_jax._model_building.statistics import MAX_FRAMES, DistanceStatistics
 
 SHARE, NOISE_MM = 0.01, 2.0
 """Every distance may change by this share of itself, and by this much, between recordings."""
@@ -21,7 +21,7 @@ MIN_SPREAD_MM = 4.0
 def build_neighbourhoods(
     names: Sequence[str],
     clips: Sequence[Float[np.ndarray, "frames markers 3"]],
-    statistics: PairStatistics,
+    statistics: DistanceStatistics,
     loose: bool = False,
 ) -> tuple[Neighbourhood, ...]:
     """A neighbourhood for every marker, made from what the clips show and from what bodies do in general.
@@ -40,7 +40,7 @@ def build_neighbourhoods(
 
 def _neighbourhood(
     clips: Sequence[np.ndarray],
-    statistics: PairStatistics,
+    statistics: DistanceStatistics,
     distance_sd: np.ndarray,
     general: np.ndarray,
     marker: int,

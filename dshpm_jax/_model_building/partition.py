@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float
 
 from dshpm_jax._model_building.body_parts import meet, parts_of_each
-from dshpm_jax._model_building.statistics import PairStatistics
+from dshpm_jax._model_building.statistics import DistanceStatistics
 
 SKIN_MM, SKIN_SHARE = 4.0, 0.03
 """Spread that markers of one bone show: of the order of 4 mm, and of 3 % of their distance."""
@@ -37,7 +37,7 @@ MAX_GROUP = 16
 """Markers of a segment at most: more make no better pose, and a match is as long as its largest segment."""
 
 
-def normalised_spread(statistics: PairStatistics, names: Sequence[str]) -> Float[np.ndarray, "markers markers"]:
+def normalised_spread(statistics: DistanceStatistics, names: Sequence[str]) -> Float[np.ndarray, "markers markers"]:
     """Normalised spread of every pair of markers, no unit; symmetric, zero on the diagonal.
 
     Our reading: the paper takes segments as given; this is how we find them. The names weigh in by `SAME_PART` and so

@@ -16,7 +16,7 @@ from dshpm_jax._model_building.naming import segment_names
 from dshpm_jax._model_building.overlap import closeness, overlapping, spanning_tree
 from dshpm_jax._model_building.partition import MAX_GROUP, groups, name_factor, normalised_spread
 from dshpm_jax._model_building.shapes import MAX_SHAPE_FRAMES, joint_centre, mean_shape
-from dshpm_jax._model_building.statistics import PairStatistics
+from dshpm_jax._model_building.statistics import DistanceStatistics
 from dshpm_jax._model_building.templates import BY_NAMES, TEMPLATES, by_template
 from dshpm_jax._types import MIN_FIT_POINTS, NO_PARENT
 
@@ -38,7 +38,7 @@ MAX_JOINT_SPREAD_MM = 40.0
 
 
 @dataclass(frozen=True)
-class Plan:
+class SegmentPlan:
     """Which markers form which segment and what hangs from what, before any geometry."""
 
     names: list[str]
@@ -49,7 +49,7 @@ class Plan:
 def build_segments(
     names: Sequence[str],
     clips: Sequence[Float[np.ndarray, "frames markers 3"]],
-    statistics: PairStatistics,
+    statistics: DistanceStatistics,
     segments: Mapping[str, Any] | None = None,
     template: str | None = None,
     rigid: Sequence[Sequence[int]] | None = None,
@@ -75,7 +75,7 @@ def build_segments(
     return _geometry(plan, points, expected)
 
 
-def is_still(statistics: PairStatistics) -> bool:
+def is_still(statistics: DistanceStatistics) -> bool:
     """Whether hardly any pair of markers changes its distance."""
     spread = statistics.spread[np.triu_indices(len(statistics.spread), 1)]
     spread = spread[np.isfinite(spread)]
@@ -83,15 +83,15 @@ def is_still(statistics: PairStatistics) -> bool:
 
 
 def _from_motion(
-    names: Sequence[str], statistics: PairStatistics, rigid: Sequence[Sequence[int]] | None = None
-) -> Plan:
+    names: Sequence[str], statistics: DistanceStatistics, rigid: Sequence[Sequence[int]] | None = None
+) -> SegmentPlan:
     spread = normalised_spread(statistics, names)
     found = groups(spread, names) if rigid is None else rigid
     markers, links = overlapping(found, spread, parts_of_each(names))
-    return Plan(segment_names(markers, names), markers, _parents(markers, links))
+    return SegmentPlan(segment_names(markers, names), markers, _parents(markers, links))
 
 
-def _without_motion(names: Sequence[str], statistics: PairStatistics) -> Plan:
+def _without_motion(names: Sequence[str], statistics: DistanceStatistics) -> SegmentPlan:
     known = recognised(names)
     if known < KNOWN_NAMES:
         raise ValueError(
@@ -101,7 +101,7 @@ def _without_motion(names: Sequence[str], statistics: PairStatistics) -> Plan:
     return _from_template(BY_NAMES, names, statistics)
 
 
-def _from_template(template: str, names: Sequence[str], statistics: PairStatistics) -> Plan:
+def _from_template(template: str, names: Sequence[str], statistics: DistanceStatistics) -> SegmentPlan:
     found = by_template(names, template)
     if not found:
         raise ValueError(
@@ -113,7 +113,7 @@ def _from_template(template: str, names: Sequence[str], statistics: PairStatisti
         _nearest(found, marker, statistics.mean).append(marker)
     parts = [part for part, markers in found.items() if not any(set(markers) < set(o) for o in found.values())]
     markers = [sorted(found[part]) for part in parts]
-    return Plan(parts, markers, _parents(markers, _nearest_tree(markers, names, statistics)))
+    return SegmentPlan(parts, markers, _parents(markers, _nearest_tree(markers, names, statistics)))
 
 
 def _nearest(found: dict[str, list[int]], marker: int, distance: np.ndarray) -> list[int]:
@@ -122,7 +122,7 @@ def _nearest(found: dict[str, list[int]], marker: int, distance: np.ndarray) -> 
     return min(found.values(), key=lambda markers: min(far[m] for m in markers))
 
 
-def _from_mapping(segments: Mapping[str, Any], names: Sequence[str], statistics: PairStatistics) -> Plan:
+def _from_mapping(segments: Mapping[str, Any], names: Sequence[str], statistics: DistanceStatistics) -> SegmentPlan:
     place = {name: i for i, name in enumerate(names)}
     labels = {name: list(entry["markers"]) for name, entry in segment_entries(segments).items()}
     unknown = sorted({label for found in labels.values() for label in found} - place.keys())
@@ -138,7 +138,7 @@ def _from_mapping(segments: Mapping[str, Any], names: Sequence[str], statistics:
     given = [entry.get("parent") for entry in segment_entries(segments).values()]
     if any(given):
         parents = _given_parents(list(labels), given)
-    return Plan(list(labels), markers, parents)
+    return SegmentPlan(list(labels), markers, parents)
 
 
 def segment_entries(segments: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
@@ -178,7 +178,7 @@ def _few(names: Sequence[str], most: int = 8) -> str:
 
 
 def _nearest_tree(
-    markers: Sequence[Sequence[int]], names: Sequence[str], statistics: PairStatistics
+    markers: Sequence[Sequence[int]], names: Sequence[str], statistics: DistanceStatistics
 ) -> list[list[int]]:
     """The tree over given segments: those that share markers first, then near ones whose names say that they meet."""
     far = np.nan_to_num(statistics.mean, nan=np.nanmax(statistics.mean, initial=1.0))
@@ -200,7 +200,7 @@ def _parents(markers: Sequence[Sequence[int]], links: Sequence[Sequence[int]]) -
     return parents
 
 
-def _split_large(plan: Plan, distance: np.ndarray) -> Plan:
+def _split_large(plan: SegmentPlan, distance: np.ndarray) -> SegmentPlan:
     """Segments of more than `MAX_GROUP` markers in overlapping strips, each hanging from the one before.
 
     The strips lie between the two markers that are furthest apart; a few markers at each border are in both.
@@ -221,10 +221,10 @@ def _split_large(plan: Plan, distance: np.ndarray) -> Plan:
             parents.append(before)
             before = len(markers)
             markers.append(strip)
-    return Plan(names, markers, parents)
+    return SegmentPlan(names, markers, parents)
 
 
-def _geometry(plan: Plan, points: np.ndarray, statistics: PairStatistics) -> tuple[Segment, ...]:
+def _geometry(plan: SegmentPlan, points: np.ndarray, statistics: DistanceStatistics) -> tuple[Segment, ...]:
     """Shapes, poses over the recordings, joins and rigidity of the planned segments."""
     shapes = [mean_shape(points[:, m], statistics.mean[np.ix_(m, m)]) for m in plan.markers]
     segments = []
@@ -248,7 +248,7 @@ def _geometry(plan: Plan, points: np.ndarray, statistics: PairStatistics) -> tup
 
 
 def _virtual_join(
-    plan: Plan, s: int, shapes: Sequence[np.ndarray], points: np.ndarray, statistics: PairStatistics
+    plan: SegmentPlan, s: int, shapes: Sequence[np.ndarray], points: np.ndarray, statistics: DistanceStatistics
 ) -> VirtualJoin | None:
     """The centre of the joint with the parent, drawn towards the middle of the nearest markers of the two."""
     parent = plan.parents[s]
@@ -267,7 +267,7 @@ def _virtual_join(
     return VirtualJoin(in_parent, in_segment, spread) if spread <= MAX_JOINT_SPREAD_MM else None
 
 
-def _distortion_ratio(markers: Sequence[int], statistics: PairStatistics) -> float:
+def _distortion_ratio(markers: Sequence[int], statistics: DistanceStatistics) -> float:
     """Allowed relative change of a pair distance: three times the typical spread, within the paper's range."""
     rows, columns = np.triu_indices(len(markers), 1)
     index = np.asarray(markers)

@@ -25,7 +25,7 @@ LIVELY_MM = 40.0
 
 
 @dataclass(frozen=True, eq=False)
-class PairStatistics:
+class DistanceStatistics:
     """Pair distances in millimetres, NaN for pairs never seen together; symmetric, the diagonal is zero.
 
     `evidence` says how much of the motion a pair has seen: 1 if it was there all the time in the liveliest recording,
@@ -38,7 +38,9 @@ class PairStatistics:
     seconds: Float[np.ndarray, "markers markers"]
 
 
-def pair_statistics(clips: Sequence[Float[np.ndarray, "frames markers 3"]], rates: Sequence[float]) -> PairStatistics:
+def pair_statistics(
+    clips: Sequence[Float[np.ndarray, "frames markers 3"]], rates: Sequence[float]
+) -> DistanceStatistics:
     """Mean and spread of all pair distances, pooled over recordings.
 
     A recording counts by how much it moves, so the spread is that of motion; where recordings disagree about a mean
@@ -67,7 +69,7 @@ def pair_statistics(clips: Sequence[Float[np.ndarray, "frames markers 3"]], rate
         return full
 
     seconds = (count / np.asarray(rates)[:, None] * np.minimum(moved / LIVELY_MM, 1)[:, None]).sum(0)
-    return PairStatistics(
+    return DistanceStatistics(
         mean=square(pooled, 0.0),
         spread=square(spread, 0.0),
         evidence=square(np.minimum(weight.sum(0), 1.0), 1.0),

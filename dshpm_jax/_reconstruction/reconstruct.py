@@ -9,7 +9,7 @@ from dshpm_jax._model import SubjectModel
 from dshpm_jax._reconstruction.filling import marker_points
 from dshpm_jax._reconstruction.interpolation import interpolate
 from dshpm_jax._reconstruction.motion import Found, Motion
-from dshpm_jax._reconstruction.rigid import Poses, rigid_poses
+from dshpm_jax._reconstruction.rigid import SegmentPoses, rigid_poses
 from dshpm_jax._recording import Recording
 from dshpm_jax._types import NO_PARENT
 
@@ -63,7 +63,7 @@ def _named(labelled: Labelling | Recording, model: SubjectModel | None) -> tuple
     return labelled, model
 
 
-def _joins(model: SubjectModel, poses: Poses) -> Float[np.ndarray, "frames segments 3"]:
+def _joins(model: SubjectModel, poses: SegmentPoses) -> Float[np.ndarray, "frames segments 3"]:
     """The mean of where the parent and the segment itself have each joint, or what one of them says."""
     joins = np.full(poses.translations.shape, np.nan)
     for s, segment in enumerate(model.segments):
@@ -84,7 +84,7 @@ def _joins(model: SubjectModel, poses: Poses) -> Float[np.ndarray, "frames segme
     return joins
 
 
-def _residual(model: SubjectModel, points: np.ndarray, poses: Poses) -> Float[np.ndarray, "frames segments"]:
+def _residual(model: SubjectModel, points: np.ndarray, poses: SegmentPoses) -> Float[np.ndarray, "frames segments"]:
     found = np.full(poses.translations.shape[:2], np.nan)
     for s, segment in enumerate(model.segments):
         square = ((poses.place(s, segment.shape) - points[:, list(segment.markers)]) ** 2).sum(-1)

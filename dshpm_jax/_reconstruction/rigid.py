@@ -21,7 +21,7 @@ LIMITS = (12.0, 6.0, 3.0, 3.0)
 rounds bear a start that one wrong marker has spoilt."""
 
 
-class Poses(NamedTuple):
+class SegmentPoses(NamedTuple):
     """Segments in frames: rotations, translations (mm), NaN where there is none."""
 
     rotations: Float[np.ndarray, "frames segments 3 3"]
@@ -46,13 +46,13 @@ def marker_sd(model: SubjectModel, markers: Sequence[int]) -> Float[np.ndarray, 
     return np.maximum(found, NOISE_MM)
 
 
-def rigid_poses(model: SubjectModel, points: Float[np.ndarray, "frames markers 3"]) -> Poses:
+def rigid_poses(model: SubjectModel, points: Float[np.ndarray, "frames markers 3"]) -> SegmentPoses:
     """The robust fit of each segment to its markers, by iteratively reweighted least squares.
 
     NaN where a segment shows fewer than three markers, or all of them near a line.
     """
     found = [_robust_fit(s.shape, points[:, list(s.markers)], marker_sd(model, s.markers)) for s in model.segments]
-    return Poses(np.stack([r for r, _ in found], axis=1), np.stack([t for _, t in found], axis=1))
+    return SegmentPoses(np.stack([r for r, _ in found], axis=1), np.stack([t for _, t in found], axis=1))
 
 
 def _robust_fit(shape: np.ndarray, points: np.ndarray, sd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
