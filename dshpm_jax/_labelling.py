@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
+from dshpm_jax._geometry import rigid_fit
 from dshpm_jax._model import SubjectModel
-from dshpm_jax._model_building.shapes import fit
 from dshpm_jax._recording import Recording
 from dshpm_jax._trajectories import Trajectories, by_marker
 from dshpm_jax._types import NO_MATCH
@@ -80,5 +80,5 @@ class Labelling:
         Least squares over the markers labelled in that frame; NaN where fewer than three are, or all in a line.
         """
         points = self.to_recording().points
-        fits = [fit(segment.shape, points[:, list(segment.markers)]) for segment in self.model.segments]
+        fits = [rigid_fit(segment.shape, points[:, list(segment.markers)]) for segment in self.model.segments]
         return np.stack([r for r, _ in fits], axis=1), np.stack([t for _, t in fits], axis=1)

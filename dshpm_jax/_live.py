@@ -10,11 +10,12 @@ from dshpm_jax._control.problem import LabellingProblem
 from dshpm_jax._control.tuning import TUNING
 from dshpm_jax._control.uses.incremental import update_labels
 from dshpm_jax._driver import Driver
+from dshpm_jax._geometry import is_seen
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._pretracking import pretrack
 from dshpm_jax._recording import Recording
 from dshpm_jax._settings import Settings
-from dshpm_jax._trajectories import by_marker, is_seen
+from dshpm_jax._trajectories import by_marker
 from dshpm_jax._types import NO_MATCH
 
 WINDOW = 2.0  # delays that are looked at together

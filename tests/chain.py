@@ -36,8 +36,7 @@ def model() -> SubjectModel:
         join = tuple(m for m in members if parent != NO_PARENT and m in MEMBERS[parent])
         segments.append(Segment(name, members, shape - shape.mean(0), parent, join))
     unknown = np.full((12, 12), np.nan)
-    none = np.zeros((12, 12), int)
-    return SubjectModel(tuple(f"M{k}" for k in range(12)), tuple(segments), *[unknown] * 4, pair_frames=none)
+    return SubjectModel(tuple(f"M{k}" for k in range(12)), tuple(segments), unknown, unknown)
 
 
 def motion(frames: int = 60, seed: int = 0) -> np.ndarray:

@@ -34,7 +34,7 @@ def test_proportions_make_spreads_and_not_places():
     np.testing.assert_array_equal(scaled.pair_mean, model().pair_mean)
     off_diagonal = ~np.eye(scaled.num_markers, dtype=bool)
     assert (scaled.pair_spread > model().pair_spread)[off_diagonal].all()
-    assert all(new.spread > old.spread for new, old in zip(scaled.neighbourhoods, model().neighbourhoods))
+    assert all(new.marker_sd > old.marker_sd for new, old in zip(scaled.neighbourhoods, model().neighbourhoods))
 
 
 def test_a_model_is_made_anew_from_what_it_labelled():

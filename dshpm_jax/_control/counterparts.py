@@ -12,7 +12,8 @@ from jaxtyping import Float, Int
 from scipy.optimize import linear_sum_assignment
 
 from dshpm_jax._control.tuning import Tuning
-from dshpm_jax._hierarchy import Segment, children, subtree
+from dshpm_jax._hierarchy import children, subtree
+from dshpm_jax._model import Segment
 from dshpm_jax._requests import Target
 from dshpm_jax._types import MIN_FIT_POINTS, NO_PARENT
 

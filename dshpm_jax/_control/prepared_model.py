@@ -10,8 +10,7 @@ from scipy.sparse.csgraph import connected_components
 from dshpm_jax._control.counterparts import side_permutations
 from dshpm_jax._control.targets import make_targets, symmetries
 from dshpm_jax._control.tuning import Tuning
-from dshpm_jax._model import SubjectModel
-from dshpm_jax._model_building import as_arrays
+from dshpm_jax._model import SubjectModel, neighbourhood_arrays
 from dshpm_jax._null_model import NullModel, expected_llr
 from dshpm_jax._requests import Target
 from dshpm_jax._settings import Settings
@@ -66,7 +65,7 @@ class PreparedModel:
                 "the model has no neighbourhoods, which the method 'full' judges by; make it again with 'dshpm-jax "
                 "model' or take the method 'paper'"
             )
-        return as_arrays(self.model.neighbourhoods)
+        return neighbourhood_arrays(self.model.neighbourhoods)
 
     @cached_property
     def pairs(self) -> tuple[np.ndarray, ...]:

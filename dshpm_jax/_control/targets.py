@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Float
 
 from dshpm_jax._control.tuning import TUNING, Tuning
-from dshpm_jax._hierarchy import Segment
-from dshpm_jax._model import SubjectModel, pair_tolerance
+from dshpm_jax._geometry import pair_distances
+from dshpm_jax._model import Segment, SubjectModel, pair_tolerance
 from dshpm_jax._requests import Target
 from dshpm_jax._settings import Settings
 from dshpm_jax._types import MIN_FIT_POINTS, NO_MATCH
@@ -90,11 +90,6 @@ def symmetries(target: Target, tuning: Tuning = TUNING) -> list[tuple[int, ...]]
 
 def _bordered(matrix: np.ndarray, edge: np.ndarray, corner: float) -> np.ndarray:
     return np.block([[matrix, edge[:, None]], [edge[None], np.array([[corner]])]])
-
-
-def pair_distances(points: Float[np.ndarray, "points 3"]) -> Float[np.ndarray, "points points"]:
-    """Distances between all points, from difference vectors."""
-    return np.linalg.norm(points[:, None] - points[None], axis=-1)
 
 
 def mean_edge(distance: Float[np.ndarray, "points points"]) -> float:

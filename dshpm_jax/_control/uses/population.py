@@ -13,14 +13,13 @@ from dshpm_jax._control.full.refine import refine_labels
 from dshpm_jax._control.full.search import solve
 from dshpm_jax._control.problem import LabellingProblem
 from dshpm_jax._control.tuning import Tuning
-from dshpm_jax._model import SubjectModel
-from dshpm_jax._model_building import Neighbourhood
-from dshpm_jax._model_building.neighbours import predict_last
+from dshpm_jax._geometry import is_seen, predict_last
+from dshpm_jax._model import Neighbourhood, SubjectModel
 from dshpm_jax._recording import Recording
 from dshpm_jax._requests import Control, Gather
 from dshpm_jax._settings import Settings
 from dshpm_jax._subjects import subjects_of
-from dshpm_jax._trajectories import Trajectories, by_marker, is_seen
+from dshpm_jax._trajectories import Trajectories, by_marker
 from dshpm_jax._types import MIN_FIT_POINTS, NO_MATCH, NO_PARENT
 
 
@@ -96,5 +95,5 @@ def _predicted(near: Neighbourhood, points: Float[np.ndarray, "frames markers 3"
     enough = is_seen(around).sum(1) >= MIN_FIT_POINTS
     places = np.full((len(points), 3), np.nan)
     if enough.any():
-        places[enough] = predict_last(near.shape, around[enough], 1 / near.softness**2)
+        places[enough] = predict_last(near.shape, around[enough], 1 / near.distance_sd**2)
     return places

@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Float
 
 from dshpm_jax._control.tuning import TUNING, Tuning
-from dshpm_jax._trajectories import is_seen, runs
+from dshpm_jax._geometry import is_seen, runs
 
 
 def leaps(points: Float[np.ndarray, "frames points 3"]) -> Float[np.ndarray, "steps points"]:

@@ -10,7 +10,7 @@ from fake_driver import FakeDriver
 
 from dshpm_jax._control.paper.segment import match_segment
 from dshpm_jax._control.partial_labels import PartialLabels
-from dshpm_jax._hierarchy import VirtualJoin
+from dshpm_jax._model import VirtualJoin
 from dshpm_jax._requests import MatchSegment, SegmentMatches
 from dshpm_jax._types import NO_MATCH
 

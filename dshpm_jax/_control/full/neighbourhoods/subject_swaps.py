@@ -15,7 +15,8 @@ from dshpm_jax._control.full.moves import Move
 from dshpm_jax._control.full.objective import Incumbent
 from dshpm_jax._control.full.refine import improve, make_moves
 from dshpm_jax._control.problem import LabellingProblem
-from dshpm_jax._hierarchy import Segment, subtree
+from dshpm_jax._hierarchy import subtree
+from dshpm_jax._model import Segment
 from dshpm_jax._requests import Control
 from dshpm_jax._subjects import subjects_of
 from dshpm_jax._types import NO_MATCH
