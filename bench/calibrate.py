@@ -103,11 +103,11 @@ def _labelled(some: Sequence[Case], is_rescaled: bool) -> Iterator[tuple]:
     settings = Settings(min_confidence=0.0, rescale=is_rescaled)
     for case, found, truth in zip(some, label_many(recordings, models, settings, tuning=bare), truths):
         which, right = judged_trajectories(found, truth)
-        llr, seconds = _evidence(found, which)
+        llr, seconds = evidence(found, which)
         yield case.data_set, case.name, llr, seconds, right, found.stats["model_fit"], is_rescaled
 
 
-def _evidence(found: Labelling, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def evidence(found: Labelling, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Mean evidence (nats) and life (seconds) of trajectories labelled with `BARE`, within what counts."""
     sure, tracks = found.confidence[which], found.trajectories
     seconds = (tracks.stop - tracks.start)[which] / tracks.rate
