@@ -39,10 +39,10 @@ from _cases import Case, cases
 from _machine import description
 from _planting import judged_findings
 from _truth import judged_trajectories
-from _tuning import TUNING, Tuning, label_many
 
-from dshpm_jax import Labelling, Settings
+from dshpm_jax import Labelling, Settings, label_many
 from dshpm_jax._compile_cache import cache_programs
+from dshpm_jax._control.tuning import TUNING, Tuning
 
 RESULTS = Path(__file__).parent / "results" / "calibration.json"
 AT_ONCE = 16  # recordings that are labelled side by side
@@ -111,7 +111,7 @@ def evidence(found: Labelling, which: np.ndarray) -> tuple[np.ndarray, np.ndarra
     """Mean evidence (nats) and life (seconds) of trajectories labelled with `BARE`, within what counts."""
     sure, tracks = found.confidence[which], found.trajectories
     seconds = (tracks.stop - tracks.start)[which] / tracks.rate
-    return np.log(sure) - np.log1p(-sure), np.clip(seconds, 0.01, 10.0)
+    return np.log(sure) - np.log1p(-sure), np.clip(seconds, *TUNING.confidence_seconds)
 
 
 def findings_of(every: Sequence[Case]) -> Findings:

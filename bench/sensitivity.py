@@ -26,10 +26,10 @@ import numpy as np
 from _cases import Case, cases
 from _moving import Outcome, figures, moves, moves_nothing, unmoved, with_number
 from _truth import counts
-from _tuning import TUNING, Tuning, label_many
 
-from dshpm_jax import Labelling
+from dshpm_jax import Labelling, label_many
 from dshpm_jax._compile_cache import cache_programs
+from dshpm_jax._control.tuning import TUNING, Tuning
 
 RESULTS = Path(__file__).parent / "results" / "sensitivity.csv"
 ELSEWHERE = "audit", "spikes", "population", "incremental"
