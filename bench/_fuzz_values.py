@@ -19,7 +19,7 @@ EXTREMES: tuple[Any, ...] = (
 )
 SCALES = (0.0, 1e-9, 1e-3, 0.5, 2.0, 1e3, 1e6, 1e150)
 LENGTHS = (0.0, 1e-9, 1.0, 1e4, 1e9, 1e38, 1e300, math.nan, math.inf)
-TABLES = ("pair_mean", "pair_spread", "pair_low", "pair_high", "pair_frames")
+TABLES = ("pair_mean", "pair_spread")
 
 
 def damage_values(data: bytes, suffix: str, rng: np.random.Generator) -> bytes:
@@ -163,7 +163,7 @@ def _no_neighbours(model: Any, rng: np.random.Generator) -> None:
         model["neighbourhoods"] = []
         return
     near = _choice(rng, model["neighbourhoods"])
-    near.update(markers=[], shape=near["shape"][-1:], softness=[])
+    near.update(markers=[], shape=near["shape"][-1:], distance_sd=[])
 
 
 def _setting(settings: Any, rng: np.random.Generator) -> None:

@@ -8,18 +8,36 @@ them. The recordings are labelled in this process, once with everything and once
 
 import argparse
 import re
+import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import ExitStack
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from unittest.mock import patch
 
 import numpy as np
 from _truth import f1, name_of
 
-from dshpm_jax import Settings, _pretracking, label_many, read, read_model
-from dshpm_jax._control import full, settling, voting
+from dshpm_jax import Settings, label_many, read, read_model
+from dshpm_jax._control.full.assignment import assign_labels
+from dshpm_jax._control.tuning import TUNING, Tuning
+from dshpm_jax._pretracking import unbroken_columns
 from dshpm_jax._types import NO_MATCH
+
+
+@dataclass(frozen=True)
+class Part:
+    """How the method is run without a part.
+
+    Attributes:
+        tuning, settings: other numbers.
+        stead: functions of the package, and what stands in for each wherever it is used.
+    """
+
+    tuning: Tuning = TUNING
+    settings: Settings = Settings()
+    stead: dict[Callable, Callable] = field(default_factory=dict)
 
 
 def main() -> None:
@@ -33,20 +51,23 @@ def main() -> None:
     models = [read_model(file.parent / "model.json") for file in files]
     truths = [dict(np.load(arguments.truth / name_of(file, arguments.archive))) for file in files]
     next(label_many(recordings[:1], models[:1]))  # compiles
-    for part, patches in PARTS.items():
+    for name, part in PARTS.items():
+        start = time.perf_counter()
         with ExitStack() as stack:
-            for one in patches:
-                stack.enter_context(one())
-            start = time.perf_counter()
-            scores = [f1(found, t) for found, t in zip(label_many(recordings, models, SETTINGS.get(part)), truths)]
-            seconds = time.perf_counter() - start
-        print(f"{part:40} mean F1 {np.mean(scores):.4f}  worst {min(scores):.4f}  {seconds:6.1f} s", flush=True)
+            for one, other in part.stead.items():
+                _replace_everywhere(stack, one, other)
+            labelled = label_many(recordings, models, part.settings, tuning=part.tuning)
+            scores = [f1(found, t) for found, t in zip(labelled, truths)]
+        seconds = time.perf_counter() - start
+        print(f"{name:40} mean F1 {np.mean(scores):.4f}  worst {min(scores):.4f}  {seconds:6.1f} s", flush=True)
 
 
-def _votes_only(scene, start, frames, before=None, schedule=(0.0,)) -> Iterator:
-    """`settle` that judges once and changes nothing."""
-    found = yield from settling.frame_evidence(scene, frames, settling.labels_in(scene, start, frames), before)
-    return settling.State.of(scene, start, frames, found)
+def _replace_everywhere(stack: ExitStack, one: Callable, other: Callable) -> None:
+    """Puts `other` in the place of a function in every module of the package that has it."""
+    modules = [module for name, module in sys.modules.items() if name.startswith("dshpm_jax.")]
+    holders = [module for module in modules if getattr(module, one.__name__, None) is one]
+    for module in holders:
+        stack.enter_context(patch.object(module, one.__name__, other))
 
 
 def _each_its_best(gain, start, stop) -> np.ndarray:
@@ -69,32 +90,25 @@ def _at_gaps(points, rate) -> np.ndarray:
     return np.where(steps, np.arange(points.shape[1]), NO_MATCH)
 
 
-def _replaced(module: object, name: str, value: object) -> Callable:
-    return lambda: patch.object(module, name, value)
+NO_STAGES = {f"max_{stage}_rounds": 0 for stage in ("move", "side", "rematch", "subject", "split")}
+ONE_SET = replace(TUNING, key_frame_factors=(1,))
 
-
-def _without(*stages: Callable) -> Callable:
-    return _replaced(full, "STAGES", tuple(stage for stage in full.STAGES if stage not in stages))
-
-
-PARTS: dict[str, list[Callable]] = {
-    "everything": [],
-    "one key-frame": [_replaced(full, "DENSER", (1,))],
-    "no second set of key-frames": [_replaced(full, "DENSER", (1,))],
-    "all key-frames and restarts always": [_replaced(full, "SOUND", np.inf), _replaced(full, "HELD", np.inf)],
-    "votes alone, no evidence of whole lives": [
-        *(_replaced(module, "settle", _votes_only) for module in (full, settling)),
-        _without(*full.STAGES),
-    ],
-    "greedy instead of exact assignment": [_replaced(m, "assign_labels", _each_its_best) for m in (voting, settling)],
-    "no restarts": [_replaced(full, "SCHEDULES", ((0.0,),))],
-    "no moves": [_without(full.improve)],
-    "no chains exchanged": [_without(full.turn)],
-    "no segment solved again": [_without(full.resolve)],
-    "columns cut at gaps alone": [_replaced(_pretracking, "unbroken_columns", _at_gaps)],
-    "nothing withheld": [],
+PARTS: dict[str, Part] = {
+    "everything": Part(),
+    "one key-frame": Part(ONE_SET, Settings(num_key_frames=1)),
+    "no second set of key-frames": Part(ONE_SET),
+    "all key-frames and restarts always": Part(replace(TUNING, restart_below=np.inf, more_key_frames_below=np.inf)),
+    "votes alone, no evidence of whole lives": Part(replace(TUNING, max_refine_rounds=1, **NO_STAGES)),
+    "greedy instead of exact assignment": Part(stead={assign_labels: _each_its_best}),
+    "no restarts": Part(replace(TUNING, restart_schedules=((0.0,),))),
+    "no moves": Part(replace(TUNING, max_move_rounds=0)),
+    "no sides swapped": Part(replace(TUNING, max_side_rounds=0)),
+    "no segment matched again": Part(replace(TUNING, max_rematch_rounds=0)),
+    "no trajectory split": Part(replace(TUNING, max_split_rounds=0)),
+    "one start, however divided its votes": Part(replace(TUNING, divided_below=0.0)),
+    "columns cut at gaps alone": Part(stead={unbroken_columns: _at_gaps}),
+    "nothing withheld": Part(settings=Settings(min_confidence=0.0)),
 }
-SETTINGS = {"one key-frame": Settings(num_key_frames=1), "nothing withheld": Settings(min_confidence=0.0)}
 
 if __name__ == "__main__":
     main()

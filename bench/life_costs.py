@@ -13,6 +13,7 @@ from _numpy_life_evidence import evidence
 from _rows import Row, run
 from _timing import paired, seconds
 
+from dshpm_jax._control.tuning import TUNING
 from dshpm_jax._driver import Driver
 from dshpm_jax._requests import LifeEvidence
 
@@ -32,11 +33,10 @@ def ask(markers: int, points: int, frames: int, rng: np.random.Generator) -> Lif
     others = there.mean(1, keepdims=True) + rng.normal(0, BODY, (frames, points - markers, 3))
     known = np.where(rng.random((frames, markers, 1)) < UNKNOWN, np.nan, there)
     frame, marker = (x.ravel() for x in np.indices((frames, markers)))
-    softness = np.sort(rng.uniform(3, 12, (markers, NEIGHBOURS)), axis=1)
+    distance_sd, marker_sd = np.sort(rng.uniform(3, 12, (markers, NEIGHBOURS)), axis=1), rng.uniform(4, 8, markers)
     seen = np.concatenate([there, others], axis=1)
-    return LifeEvidence(
-        known, seen, frame, marker, neighbours, body[neighbours], body, softness, rng.uniform(4, 8, markers)
-    )
+    tables = neighbours, body[neighbours], body, distance_sd, marker_sd
+    return LifeEvidence(known, seen, frame, marker, *tables, null=TUNING.null_model)
 
 
 def through_driver(asked: LifeEvidence) -> np.ndarray:

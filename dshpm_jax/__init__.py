@@ -4,9 +4,9 @@ import logging
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from dshpm_jax._hierarchy import Segment as Segment
 from dshpm_jax._labelling import Labelling as Labelling
 from dshpm_jax._labelling import Reason as Reason
+from dshpm_jax._model import Segment as Segment
 from dshpm_jax._model import SubjectModel as SubjectModel
 from dshpm_jax._recording import Recording as Recording
 from dshpm_jax._settings import Settings as Settings

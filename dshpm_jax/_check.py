@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from dshpm_jax._control.audit import Doubt, audit
+from dshpm_jax._control.uses.audit import Doubt, audit
 from dshpm_jax._driver import Driver
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._recording import Recording

@@ -1,11 +1,12 @@
 """`label` and `label_many`: the one engine behind the command, the notebooks and the tests."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
-from dshpm_jax._control.methods import label_control
-from dshpm_jax._control.rescaling import rescale
+from dshpm_jax._control.methods import Answer, label_control
+from dshpm_jax._control.tuning import TUNING, Tuning
 from dshpm_jax._driver import Driver
 from dshpm_jax._labelling import Labelling
 from dshpm_jax._model import SubjectModel
@@ -21,6 +22,7 @@ def label(
     model: SubjectModel | Sequence[SubjectModel] | Mapping[str, SubjectModel],
     settings: Settings | None = None,
     driver: Driver | None = None,
+    tuning: Tuning = TUNING,
 ) -> Labelling:
     """Labels one recording against the model of its subject, or the models of all its subjects.
 
@@ -30,12 +32,13 @@ def label(
             go before the markers' names (see `combine_models`).
         settings: the method and its parameters.
         driver: holds the scores (`Driver(candidate_score=..., match_score=...)`).
+        tuning: the numbers of the full method, for who develops it.
 
     Raises:
         ValueError: the recording has no points.
     """
     model = model if isinstance(model, SubjectModel) else combine_models(model)
-    return next(label_many([recording], model, settings, driver))
+    return next(label_many([recording], model, settings, driver, tuning))
 
 
 def label_many(
@@ -43,12 +46,13 @@ def label_many(
     models: SubjectModel | Sequence[SubjectModel],
     settings: Settings | None = None,
     driver: Driver | None = None,
+    tuning: Tuning = TUNING,
 ) -> Iterator[Labelling]:
     """Labels recordings side by side, so that their kernels share batches; the labels are those of `label`.
 
     Arguments:
         models: one for all, or one for each recording; `combine_models` makes one of several subjects.
-        settings, driver: as for `label`.
+        settings, driver, tuning: as for `label`.
 
     Yields:
         a `Labelling` for each recording, in order; with `Settings.rescale` its model is the rescaled one.
@@ -61,11 +65,25 @@ def label_many(
     if len(models) != len(recordings):
         raise ValueError(f"{len(recordings)} recordings but {len(models)} models; give one for all or one for each")
     tracked = [_trajectories(recording, settings) for recording in recordings]
-    if settings.rescale:
-        models = list(driver.run(rescale(t, model, settings) for t, model in zip(tracked, models)))
-    controls = (label_control(t, model, settings) for t, model in zip(tracked, models))
-    for recording, model, found in zip(recordings, models, driver.run(controls)):
-        yield Labelling(recording, model, *found)
+    controls = (label_control(t, model, settings, tuning) for t, model in zip(tracked, models))
+    for recording, answer in zip(recordings, driver.run(controls)):
+        yield _labelling(recording, answer)
+
+
+def _labelling(recording: Recording, answer: Answer) -> Labelling:
+    stats: dict[str, Any] = {"svd_count": answer.fits}
+    if answer.model_fit is not None:
+        stats["model_fit"] = answer.model_fit
+    return Labelling(
+        recording,
+        answer.model,
+        answer.trajectories,
+        answer.identity,
+        answer.confidence,
+        answer.reason,
+        stats,
+        answer.could_be,
+    )
 
 
 def _trajectories(recording: Recording, settings: Settings) -> Trajectories:

@@ -7,17 +7,11 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
+from dshpm_jax._geometry import rigid_fit
 from dshpm_jax._model import SubjectModel
-from dshpm_jax._model_building.shapes import fit
 from dshpm_jax._recording import Recording
 from dshpm_jax._trajectories import Trajectories, by_marker
 from dshpm_jax._types import NO_MATCH
-
-POOR_FIT = 0.8
-"""With less of the evidence that right labels usually hold (`Labelling.stats["model_fit"]`) the model is doubtful: of
-107 labellings of public recordings with a model of the subject, 102 held .82 or more, and five less, by the static
-alone of somebody who then climbs or sprints; of 15 with the model of another subject or of markers placed anew, 13 held
-less."""
 
 
 class Reason(StrEnum):
@@ -47,7 +41,7 @@ class Labelling:
         confidence: for each trajectory, 0 to 1, how sure the decision is.
         reason: for each trajectory, why.
         stats: figures of the run: "svd_count" (rigid fits, section 5.2.3), and of the full method "model_fit", the
-            evidence that the labels hold against what right ones usually do; see `POOR_FIT`.
+            evidence that the labels hold against what right ones usually do; see `Tuning.poor_fit_below`.
         could_be: for each trajectory the markers, besides its label, that it may be: the label that is withheld from
             it, and the one that it would be exchanged with; `NO_MATCH` beyond. Only the full method knows any.
     """
@@ -86,5 +80,5 @@ class Labelling:
         Least squares over the markers labelled in that frame; NaN where fewer than three are, or all in a line.
         """
         points = self.to_recording().points
-        fits = [fit(segment.shape, points[:, list(segment.markers)]) for segment in self.model.segments]
+        fits = [rigid_fit(segment.shape, points[:, list(segment.markers)]) for segment in self.model.segments]
         return np.stack([r for r, _ in fits], axis=1), np.stack([t for _, t in fits], axis=1)

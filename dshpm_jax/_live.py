@@ -5,15 +5,17 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from dshpm_jax._control.body import body_of
-from dshpm_jax._control.following import follow
-from dshpm_jax._control.scene import Scene
+from dshpm_jax._control.prepared_model import prepared
+from dshpm_jax._control.problem import LabellingProblem
+from dshpm_jax._control.tuning import TUNING
+from dshpm_jax._control.uses.incremental import update_labels
 from dshpm_jax._driver import Driver
+from dshpm_jax._geometry import is_seen
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._pretracking import pretrack
 from dshpm_jax._recording import Recording
 from dshpm_jax._settings import Settings
-from dshpm_jax._trajectories import by_marker, is_seen
+from dshpm_jax._trajectories import by_marker
 from dshpm_jax._types import NO_MATCH
 
 WINDOW = 2.0  # delays that are looked at together
@@ -79,7 +81,7 @@ class Labeller:
         self._step = round(delay_seconds * rate / 2)
         if self._step < 5:
             raise ValueError(f"a delay of {delay_seconds} s is under ten frames at {rate} Hz; give a longer one")
-        _ = body_of(model, self._settings).neighbourhoods  # so that a model without any is refused now
+        _ = prepared(model, self._settings, TUNING).neighbourhoods  # so that a model without any is refused now
         self._model, self._rate = model, rate
         self._driver = Driver() if driver is None else driver
         self._keep = round(WINDOW * delay_seconds * rate)
@@ -130,9 +132,9 @@ class Labeller:
         columns = self._points.shape[1]
         recording = Recording(self._points, ("",) * columns, self._rate)
         tracks = pretrack(recording)
-        scene = Scene(tracks, self._model, self._settings)
-        identity, _, _ = next(self._driver.run([follow(scene, self._given)]))
-        self._given = tracks.by_column(identity.astype(np.int32), columns)
+        problem = LabellingProblem(tracks, self._model, self._settings)
+        final = next(self._driver.run([update_labels(problem, self._given)]))
+        self._given = tracks.by_column(final.identity.astype(np.int32), columns)
 
     def _release(self, stop: int) -> LabelledFrames:
         """The labels of all frames before number `stop` that have not come out; forgets what is too old to matter."""

@@ -6,9 +6,10 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.spatial.distance import cdist
 
+from dshpm_jax._geometry import every_nth, is_seen
 from dshpm_jax._kernels.tracking import ACCELERATION, SPEED, track
 from dshpm_jax._recording import Recording
-from dshpm_jax._trajectories import Trajectories, from_columns, is_seen
+from dshpm_jax._trajectories import Trajectories, from_columns
 from dshpm_jax._types import NO_MATCH
 
 logger = logging.getLogger(__name__)
@@ -47,7 +48,8 @@ def columns_are_tracks(points: Float[np.ndarray, "frames points 3"]) -> bool:
     present = is_seen(points)
     steps = np.logical_and(present[:-1], present[1:])
     own = total = chance = 0.0
-    for t in _spread(np.flatnonzero(steps.any(1)), SAMPLED_FRAMES):
+    stepped = np.flatnonzero(steps.any(1))
+    for t in stepped[every_nth(len(stepped), SAMPLED_FRAMES)]:
         columns, following = np.flatnonzero(steps[t]), np.flatnonzero(present[t + 1])
         distance = cdist(points[t, columns], points[t + 1, following])
         nearest = distance.min(1) >= distance[np.arange(len(columns)), np.searchsorted(following, columns)]
@@ -111,8 +113,3 @@ def _taken_over(points, frame, column, course, miss, free) -> Bool[np.ndarray, "
             distance[column[some, None] == following[None]] = np.inf
             found[some] = RIVAL_RATIO * distance.min(1) < miss[some]
     return found
-
-
-def _spread(frames: Int[np.ndarray, "n"], count: int) -> Int[np.ndarray, "k"]:
-    """At most `count` of `frames`, evenly."""
-    return frames[:: max(1, -(-len(frames) // count))]

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool, Float
 
-from dshpm_jax._trajectories import is_seen
+from dshpm_jax._geometry import is_seen
 
 UNLABELLED = re.compile(
     r"(\*\d*|U_?\d+|[Uu]nlabel+ed.*|[Uu]nidentified.*|New \d+|uname.*|M\d{3,}|C_\d+|x\d{2,}|\d+ \d+|)"

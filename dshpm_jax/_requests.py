@@ -1,11 +1,33 @@
-"""What the control asks of the kernels; plain numpy, so that control never touches jax."""
+"""What the control asks of the kernels; plain numpy, so that control never touches jax.
 
+Each kind of request says what it asks, which requests may share a call, and how many rigid fits its answer took.
+"""
+
+import abc
 from collections.abc import Generator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
+
+from dshpm_jax._buckets import COLUMN_BUCKETS, POINT_BUCKETS, SLOT_BUCKETS, bucket
+from dshpm_jax._null_model import NullModel
+
+T = TypeVar("T")
+Answer = TypeVar("Answer")
+
+
+class Request(abc.ABC, Generic[Answer]):
+    """A question that the driver answers by an `Answer`."""
+
+    @abc.abstractmethod
+    def group(self) -> tuple:
+        """What requests of this kind must have in common to be answered together."""
+
+    def fits(self, answer: Answer) -> int:
+        """How many rigid fits the answer took (section 5.2.3)."""
+        return 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,28 +56,6 @@ class Target:
 
 
 @dataclass(frozen=True, eq=False)
-class MatchSegment:
-    """Match `target` among `points` under every hypothesis (sections 4.2.1 and 4.2.2).
-
-    Attributes:
-        target: the segment.
-        points: places in one frame (mm).
-        free: which points may be taken.
-        rigid: the segmentation matrix (Eqs. 1 and 2).
-        pinned: for each column the point that it is known to be, `NO_MATCH` where it is to be found.
-        pivot, assumed: the hypotheses, a column and a point each.
-    """
-
-    target: Target
-    points: Float[np.ndarray, "points 3"]
-    free: Bool[np.ndarray, " points"]
-    rigid: Bool[np.ndarray, "points points"]
-    pinned: Int[np.ndarray, " columns"]
-    pivot: Int[np.ndarray, " hypotheses"]
-    assumed: Int[np.ndarray, " hypotheses"]
-
-
-@dataclass(frozen=True, eq=False)
 class SegmentMatches:
     """Every hypothesis that survived culling, in the order in which the paper would try them.
 
@@ -65,8 +65,6 @@ class SegmentMatches:
         error: the match score (Eq. 4); from 1 on the match is not good enough.
         accepted: whether Eqs. 4 and 5 hold.
         fits: rigid fits that the hypothesis took (section 5.2.3).
-        truncated: candidates that a column had beyond those kept, summed over all hypotheses of the call that it came
-            from, those of other requests included.
     """
 
     assigned: Int[np.ndarray, "hypotheses columns"]
@@ -74,20 +72,54 @@ class SegmentMatches:
     error: Float[np.ndarray, " hypotheses"]
     accepted: Bool[np.ndarray, " hypotheses"]
     fits: Int[np.ndarray, " hypotheses"]
-    truncated: int = 0
 
 
 @dataclass(frozen=True, eq=False)
-class FitPoses:
-    """Rigid fits of `shape` to `points` with `weights`, a row each; weight 0 where there is no correspondence."""
+class MatchSegment(Request[SegmentMatches]):
+    """Match `target` among `points` under every hypothesis (sections 4.2.1 and 4.2.2).
 
-    shape: Float[np.ndarray, "fits columns 3"]
-    points: Float[np.ndarray, "fits columns 3"]
-    weights: Float[np.ndarray, "fits columns"]
+    Attributes:
+        target: the segment.
+        points: places in one frame (mm).
+        free: which points may be taken.
+        rigid: the segmentation matrix (Eqs. 1 and 2).
+        pinned: for each column the point that it is known to be, `NO_MATCH` where it is to be found.
+        pivot, assumed: the hypotheses, a column and a point each.
+        banned: pairs of a column and a point that are not to be matched (section 4.3.3).
+        first_acceptable: whether only the first acceptable hypothesis counts, as in the paper, which fits none of the
+            later ones.
+    """
+
+    target: Target
+    points: Float[np.ndarray, "points 3"]
+    free: Bool[np.ndarray, " points"]
+    rigid: Bool[np.ndarray, "points points"]
+    pinned: Int[np.ndarray, " columns"]
+    pivot: Int[np.ndarray, " hypotheses"]
+    assumed: Int[np.ndarray, " hypotheses"]
+    banned: tuple[tuple[int, int], ...] = ()
+    first_acceptable: bool = False
+
+    def group(self) -> tuple[int, int]:
+        points = bucket(len(self.points), POINT_BUCKETS, "points")
+        return points, bucket(len(self.target.markers), COLUMN_BUCKETS, "markers of a segment")
+
+    def acceptable(self, answer: SegmentMatches) -> Int[np.ndarray, " acceptable"]:
+        """The hypotheses that are accepted and match no banned pair, in the order of trying."""
+        accepted = answer.accepted.copy()
+        for column, point in self.banned:
+            accepted &= answer.assigned[:, column] != point
+        return np.flatnonzero(accepted)
+
+    def fits(self, answer: SegmentMatches) -> int:
+        tried = len(answer.fits)
+        if self.first_acceptable and len(found := self.acceptable(answer)):
+            tried = int(found[0]) + 1
+        return int(answer.fits[:tried].sum())
 
 
 @dataclass(frozen=True, eq=False)
-class Poses:
+class FittedPoses:
     """`points ~ rotation @ shape + translation` (mm); `rank` under 2 means that there is no pose."""
 
     rotation: Float[np.ndarray, "fits 3 3"]
@@ -97,7 +129,22 @@ class Poses:
 
 
 @dataclass(frozen=True, eq=False)
-class ScoreMatch:
+class FitPoses(Request[FittedPoses]):
+    """Rigid fits of `shape` to `points` with `weights`, a row each; weight 0 where there is no correspondence."""
+
+    shape: Float[np.ndarray, "fits columns 3"]
+    points: Float[np.ndarray, "fits columns 3"]
+    weights: Float[np.ndarray, "fits columns"]
+
+    def group(self) -> tuple[int]:
+        return (bucket(self.shape.shape[1], COLUMN_BUCKETS, "markers of a segment"),)
+
+    def fits(self, answer: FittedPoses) -> int:
+        return len(self.shape)
+
+
+@dataclass(frozen=True, eq=False)
+class ScoreMatch(Request[float]):
     """The match score of one fitted hypothesis (Eq. 4), a number.
 
     Attributes:
@@ -110,21 +157,27 @@ class ScoreMatch:
     scale: Float[np.ndarray, " markers"]
     matched: Bool[np.ndarray, " markers"]
 
+    def group(self) -> tuple[int]:
+        return (bucket(len(self.scale), COLUMN_BUCKETS, "markers of a segment"),)
+
 
 @dataclass(frozen=True, eq=False)
-class Segmentation:
+class Segmentation(Request[np.ndarray]):
     """The segmentation matrix of the points in a window of frames (Eqs. 1 and 2)."""
 
     window: Float[np.ndarray, "frames points 3"]
     max_extent: float
     max_ratio: float
 
+    def group(self) -> tuple[()]:
+        return ()
+
 
 @dataclass(frozen=True, eq=False)
-class LifeEvidence:
+class LifeEvidence(Request[np.ndarray]):
     """How well every point of a frame fits a marker, from the places of the identified markers around it.
 
-    Answered by an array (lanes, slots) in nats; a lane is one marker in one frame.
+    Answered by an array (lanes, slots) of log-likelihood ratios in nats; a lane is one marker in one frame.
 
     Attributes:
         identified: where each marker is by what is known so far (mm), NaN where unknown.
@@ -132,8 +185,9 @@ class LifeEvidence:
         frame, marker: what each lane is about.
         neighbours: for each marker the markers that predict it, `NO_MATCH` beyond the last.
         shape, own: places of the neighbours and of the marker itself, in a frame of each neighbourhood (mm).
-        softness: how much the distance of each neighbour varies (mm).
-        spread: error of the prediction by all neighbours (mm).
+        distance_sd: how much the distance of each neighbour varies (mm).
+        marker_sd: error of the prediction by all neighbours (mm).
+        null: the densities that are compared.
     """
 
     identified: Float[np.ndarray, "frames markers 3"]
@@ -143,16 +197,28 @@ class LifeEvidence:
     neighbours: Int[np.ndarray, "markers neighbours"]
     shape: Float[np.ndarray, "markers neighbours 3"]
     own: Float[np.ndarray, "markers 3"]
-    softness: Float[np.ndarray, "markers neighbours"]
-    spread: Float[np.ndarray, " markers"]
+    distance_sd: Float[np.ndarray, "markers neighbours"]
+    marker_sd: Float[np.ndarray, " markers"]
+    null: NullModel
+
+    def group(self) -> tuple[int, NullModel]:
+        return bucket(self.points.shape[1], SLOT_BUCKETS, "points"), self.null
+
+    def fits(self, answer: np.ndarray) -> int:
+        return self.null.fits_per_place * len(self.marker)
 
 
 @dataclass(frozen=True, eq=False)
-class Together:
+class Gather:
     """Run several controls side by side, so that their requests share batches; the answer is a list of theirs."""
 
-    controls: tuple[Generator, ...]
+    controls: "tuple[Control[Any], ...]"
 
 
-Control = Generator[Any, Any, Any]
-"""A control: yields requests, is sent their answers, returns its result."""
+@dataclass(frozen=True, eq=False)
+class CountFits:
+    """How many rigid fits this control, and all that it runs and that run it, took so far; the answer is a number."""
+
+
+Control = Generator["Request[Any] | Gather | CountFits", Any, T]
+"""A control: yields requests, is sent their answers, returns a T."""

@@ -5,8 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from dshpm_jax._hierarchy import Segment
-from dshpm_jax._model import SubjectModel
+from dshpm_jax._model import Segment, SubjectModel
 from dshpm_jax._types import NO_PARENT
 
 
@@ -40,9 +39,6 @@ def combine_models(models: Mapping[str, SubjectModel] | Sequence[SubjectModel]) 
         ),
         pair_mean=_apart([model.pair_mean for model in each]),
         pair_spread=_apart([model.pair_spread for model in each]),
-        pair_low=_apart([model.pair_low for model in each]),
-        pair_high=_apart([model.pair_high for model in each]),
-        pair_frames=_apart([model.pair_frames for model in each], 0).astype(int),
         neighbourhoods=tuple(
             replace(near, markers=tuple(m + marker for m in near.markers))
             for model, marker in zip(each, first)
@@ -68,10 +64,10 @@ def _moved(segment: Segment, subject: str, markers: int, segments: int) -> Segme
     )
 
 
-def _apart(tables: Sequence[np.ndarray], between: float = np.nan) -> np.ndarray:
-    """Tables of pairs as one, with `between` for pairs of two subjects."""
+def _apart(tables: Sequence[np.ndarray]) -> np.ndarray:
+    """Tables of pairs as one, with NaN for pairs of two subjects."""
     ends = np.cumsum([len(table) for table in tables])
-    whole = np.full((ends[-1], ends[-1]), between)
+    whole = np.full((ends[-1], ends[-1]), np.nan)
     for end, table in zip(ends, tables):
         whole[end - len(table) : end, end - len(table) : end] = table
     return whole

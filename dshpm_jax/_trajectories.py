@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from dshpm_jax._geometry import is_seen
 from dshpm_jax._types import NO_MATCH
 
 
@@ -86,12 +87,6 @@ class Trajectories:
         return np.where(inside[..., None], found, np.nan)
 
 
-def is_seen(points: Float[np.ndarray, "*frames points 3"]) -> Bool[np.ndarray, "*frames points"]:
-    """Where there is a point: no coordinate is missing (many times faster than to ask for `all` of three)."""
-    finite = np.isfinite(points)
-    return finite[..., 0] & finite[..., 1] & finite[..., 2]
-
-
 def by_marker(
     points: Float[np.ndarray, "*frames points 3"], identities: Int[np.ndarray, "*frames points"], markers: int
 ) -> Float[np.ndarray, "*frames markers 3"]:
@@ -100,12 +95,6 @@ def by_marker(
     named = np.nonzero(identities != NO_MATCH)
     places[*named[:-1], identities[named]] = points[named]
     return places
-
-
-def runs(where: Bool[np.ndarray, " frames"]) -> list[tuple[int, int]]:
-    """Half-open ranges of the frames in which something holds."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], where, [False]]).astype(np.int8)))
-    return list(zip(edges[::2].tolist(), edges[1::2].tolist()))
 
 
 def from_columns(

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from dshpm_jax import Segment, SubjectModel
-from dshpm_jax._control.scene import Scene
+from dshpm_jax._control.problem import LabellingProblem
 from dshpm_jax._settings import Settings
 from dshpm_jax._trajectories import from_columns
 from dshpm_jax._types import NO_PARENT
@@ -36,8 +36,7 @@ def model() -> SubjectModel:
         join = tuple(m for m in members if parent != NO_PARENT and m in MEMBERS[parent])
         segments.append(Segment(name, members, shape - shape.mean(0), parent, join))
     unknown = np.full((12, 12), np.nan)
-    none = np.zeros((12, 12), int)
-    return SubjectModel(tuple(f"M{k}" for k in range(12)), tuple(segments), *[unknown] * 4, pair_frames=none)
+    return SubjectModel(tuple(f"M{k}" for k in range(12)), tuple(segments), unknown, unknown)
 
 
 def motion(frames: int = 60, seed: int = 0) -> np.ndarray:
@@ -53,19 +52,19 @@ def motion(frames: int = 60, seed: int = 0) -> np.ndarray:
     return points + rng.normal(0, 0.3, points.shape)
 
 
-def scene(points: np.ndarray, **settings) -> Scene:
-    """The scene of a recording; by default for the paper's method."""
-    return Scene(from_columns(points, RATE), model(), Settings(**({"method": "paper"} | settings)))
+def problem(points: np.ndarray, **settings) -> LabellingProblem:
+    """The problem of a recording; by default for the paper's method."""
+    return LabellingProblem(from_columns(points, RATE), model(), Settings(**({"method": "paper"} | settings)))
 
 
-def trajectory_of(scene: Scene, frame: int, column: int) -> int:
+def trajectory_of(problem: LabellingProblem, frame: int, column: int) -> int:
     """The trajectory that stands in `column` of the recording."""
-    here = scene.trajectories.column[frame] == column
-    return int(scene.trajectories.index[frame, here][0])
+    here = problem.trajectories.column[frame] == column
+    return int(problem.trajectories.index[frame, here][0])
 
 
-def truth(scene: Scene, markers: int = 12) -> np.ndarray:
+def truth(problem: LabellingProblem, markers: int = 12) -> np.ndarray:
     """The marker of each trajectory, if the first columns of the recording are the markers in order."""
-    t = scene.trajectories
+    t = problem.trajectories
     column = t.column[t.start, t.slot]
     return np.where(column < markers, column, -1)

@@ -8,18 +8,19 @@ import reference
 
 from dshpm_jax._requests import (
     Control,
+    CountFits,
     FitPoses,
+    FittedPoses,
+    Gather,
     MatchSegment,
-    Poses,
     ScoreMatch,
     Segmentation,
     SegmentMatches,
-    Together,
 )
 
 
 class FakeDriver:
-    """Runs one control to its end and keeps what it asked for.
+    """Runs one control to its end; keeps what it asked for and counts its rigid fits.
 
     Arguments:
         answers: kinds of requests to functions that answer them, instead of the references.
@@ -27,6 +28,7 @@ class FakeDriver:
 
     def __init__(self, answers: dict[type, Any] | None = None):
         self.asked: list[Any] = []
+        self.fits = 0
         self._answers = {MatchSegment: match, FitPoses: fit, ScoreMatch: mean_residual, Segmentation: all_rigid} | (
             answers or {}
         )
@@ -38,11 +40,14 @@ class FakeDriver:
                 request = control.send(answer)
             except StopIteration as stop:
                 return stop.value
-            if isinstance(request, Together):
+            if isinstance(request, Gather):
                 answer = [self.run(part) for part in request.controls]
+            elif isinstance(request, CountFits):
+                answer = self.fits
             else:
                 self.asked.append(request)
                 answer = self._answers[type(request)](request)
+                self.fits += request.fits(answer)
 
     def requests(self, kind: type) -> list[Any]:
         return [request for request in self.asked if isinstance(request, kind)]
@@ -57,10 +62,10 @@ def match(asked: MatchSegment) -> SegmentMatches:
     return SegmentMatches(assigned, *(np.array([getattr(r, n) for r in rows], t) for n, t in zip(names, kinds)))
 
 
-def fit(asked: FitPoses) -> Poses:
+def fit(asked: FitPoses) -> FittedPoses:
     found = [reference.rigid_fit(*row) for row in zip(asked.shape, asked.points, asked.weights)]
     rotation, translation, rms = (np.array(field) for field in zip(*found))
-    return Poses(rotation, translation, rms, np.array([rank(*row) for row in zip(asked.shape, asked.weights)]))
+    return FittedPoses(rotation, translation, rms, np.array([rank(*row) for row in zip(asked.shape, asked.weights)]))
 
 
 def mean_residual(asked: ScoreMatch) -> float:

@@ -31,9 +31,6 @@ def make_model(markers: Sequence[str]) -> SubjectModel:
         segments=(segment,),
         pair_mean=mean,
         pair_spread=spread,
-        pair_low=mean.copy(),
-        pair_high=mean.copy(),
-        pair_frames=np.full((n, n), 20),
         sources=("walk.c3d",),
     )
 

@@ -1,13 +1,16 @@
 """The driver: answers in order, independent of company, in few programs."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import reference
 from matching_cases import make_request
 
+from dshpm_jax._buckets import bucket
+from dshpm_jax._control.tuning import TUNING
 from dshpm_jax._driver import Driver, driver
-from dshpm_jax._driver.buckets import bucket
-from dshpm_jax._requests import FitPoses, LifeEvidence, Segmentation, Together
+from dshpm_jax._requests import CountFits, FitPoses, Gather, LifeEvidence, Segmentation
 
 
 def ask(*requests):
@@ -71,13 +74,13 @@ def test_results_do_not_wait_for_the_last_control():
 def test_together_gives_the_results_of_all():
     def outer():
         inner = (ask(fits(rng, 1, 5)), ask(), ask(fits(rng, 2, 5), fits(rng, 3, 5)))
-        nested = Together((ask(fits(rng, 4, 5)),))
-        found = yield Together((*inner, ask(nested)))
+        nested = Gather((ask(fits(rng, 4, 5)),))
+        found = yield Gather((*inner, ask(nested)))
         return [[len(x.rms) for x in one] for one in found[:3]], len(found[3][0][0][0].rms)
 
     rng = np.random.default_rng(0)
     assert run(outer()) == [([[1], [], [2, 3]], 4)]
-    assert run(ask(Together(()))) == [[[]]]
+    assert run(ask(Gather(()))) == [[[]]]
 
 
 def test_poses_are_those_of_the_reference():
@@ -149,6 +152,43 @@ def test_more_requests_than_fit_one_call():
         np.testing.assert_array_equal(found[k][0].assigned, alone.assigned)
 
 
+def test_fits_are_counted_for_each_control_with_all_that_it_runs():
+    rng = np.random.default_rng(6)
+
+    def counted(*controls):
+        yield Gather(controls)
+        return (yield CountFits())
+
+    match = make_request(rng, 4, 30)
+    controls = (
+        counted(ask(fits(rng, 3, 5)), ask(match, fits(rng, 2, 5))),
+        counted(ask(fits(rng, 7, 4)), ask()),
+        counted(),
+    )
+    (answer,) = run(ask(match))[0]
+    assert run(*controls) == [3 + int(answer.fits.sum()) + 2, 7, 0]
+
+
+def test_the_paper_fits_no_hypothesis_after_the_first_acceptable():
+    match = make_request(np.random.default_rng(3), 5, 50, rivals=3)
+    (found,) = run(ask(match))[0]
+    first = replace(match, first_acceptable=True)
+    accepted = np.flatnonzero(found.accepted)
+    assert match.fits(found) == found.fits.sum() and first.acceptable(found).tolist() == accepted.tolist()
+    assert first.fits(found) == found.fits[: accepted[0] + 1].sum() < match.fits(found)
+    banned = replace(first, banned=tuple((0, int(found.assigned[k, 0])) for k in accepted[:1]))
+    assert accepted[0] not in banned.acceptable(found)
+
+
+def test_evidence_is_asked_with_one_null_model_a_call():
+    rng = np.random.default_rng(7)
+    one = evidence(rng, 20)
+    other = replace(one, null=replace(one.null, background_mm=2 * one.null.background_mm))
+    plain, wider = (found[0] for found in run(ask(one), ask(other)))
+    assert one.group() != other.group() and one.fits(plain) == 3 * 20
+    assert (wider >= plain).all() and (wider > plain).any()
+
+
 def test_a_stranger_is_no_request():
     with pytest.raises(TypeError, match="str"):
         run(ask("match this"))
@@ -168,10 +208,9 @@ def evidence(rng, lanes, markers=30, slots=40, frames=60, neighbours=6):
     identified = np.where(rng.random((frames, markers, 1)) < 0.5, identified, np.nan)
     around = np.argsort(np.linalg.norm(body[:, None] - body, axis=-1), axis=1)[:, 1 : 1 + neighbours]
     frame, marker = rng.integers(frames, size=lanes), rng.integers(markers, size=lanes)
-    softness = rng.uniform(2, 8, (markers, neighbours))
-    return LifeEvidence(
-        identified, points, frame, marker, around, body[around], body, np.sort(softness), np.full(markers, 5.0)
-    )
+    distance_sd, marker_sd = np.sort(rng.uniform(2, 8, (markers, neighbours))), np.full(markers, 5.0)
+    tables = around, body[around], body, distance_sd, marker_sd
+    return LifeEvidence(identified, points, frame, marker, *tables, null=TUNING.null_model)
 
 
 def test_company_changes_no_bit_of_the_evidence():

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from dshpm_jax._hierarchy import Segment, children, choose_root, depth_first
+from dshpm_jax._hierarchy import children, choose_root, depth_first
+from dshpm_jax._model import Segment
 
 
 def tree(parents: list[int], sizes: list[int]) -> list[Segment]:

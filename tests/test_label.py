@@ -72,19 +72,23 @@ def test_ten_recordings_in_a_handful_of_programs(compiled):
     assert not compiled
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_empty_frames_and_nearly_empty_recordings(method):
-    recording = take_for(method, 3)
+@pytest.mark.parametrize(("method", "least"), [("full", 0.98), ("paper", 0.75), ("static", 0.75)])
+def test_empty_frames_and_nearly_empty_recordings(method, least):
+    recording, (_, truth) = take_for(method, 3), take(3)
     points = recording.points.copy()
     points[1] = np.nan
     for some in (replace(recording, points=points), replace(recording, points=recording.points[:1])):
-        found = label(some, model(), Settings(method=method))
-        assert (found.identities[~some.present] == -1).all()
-    lone = Recording(recording.points[:, :1] * 0 + 1.0, ("*1",), recording.rate)
-    two = Recording(np.tile([[[0.0, 0, 0], [100.0, 0, 0]]], (3, 1, 1)), ("*1", "*2"), recording.rate)
-    for some in (lone, two):
-        if some.present.any():
-            assert (label(some, model(), Settings(method=method)).identities == -1).all()
+        found = label(some, model(), Settings(method=method)).identities
+        assert (found[~some.present] == -1).all()
+        assert shares(found, some, truth)[0] > least
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("places", [[[1.0, 1, 1]], [[0.0, 0, 0], [100.0, 0, 0]]], ids=["one point", "two points"])
+def test_points_too_few_for_a_fit_stay_unlabelled(method, places):
+    few = Recording(np.tile([places], (3, 1, 1)), tuple(f"*{k}" for k in range(len(places))), 60.0)
+    found = label(few, model(), Settings(method=method))
+    assert found.recording.present.all() and len(found.trajectories) and (found.identities == -1).all()
 
 
 def test_a_recording_without_points_is_refused():

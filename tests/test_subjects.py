@@ -7,10 +7,10 @@ import pytest
 from making import make_model
 
 from dshpm_jax import Driver, Recording, Settings, SubjectModel, combine_models, io, label
-from dshpm_jax._control.evidence import frame_evidence, labels_in, mean_over_lives, sample_frames
-from dshpm_jax._control.scene import Scene
-from dshpm_jax._control.settling import State
-from dshpm_jax._control.several import tell_apart
+from dshpm_jax._control.full.evidence import evidence_in, mean_over_lives, sample_frames
+from dshpm_jax._control.full.neighbourhoods.subject_swaps import swap_between_subjects
+from dshpm_jax._control.full.objective import Incumbent, Solution
+from dshpm_jax._control.problem import LabellingProblem
 from dshpm_jax._hierarchy import children, depth_first
 from dshpm_jax._trajectories import from_columns
 from dshpm_jax._types import NO_PARENT
@@ -47,17 +47,17 @@ def test_people_who_cross_are_not_mixed_up():
 
 def test_an_exchanged_leg_is_given_back():
     recording, both = crossing(), combine_models(models())
-    scene = Scene(from_columns(recording.points, recording.rate), both, Settings())
-    column = scene.trajectories.column[scene.trajectories.start, scene.trajectories.slot]
+    problem = LabellingProblem(from_columns(recording.points, recording.rate), both, Settings())
+    column = problem.trajectories.column[problem.trajectories.start, problem.trajectories.slot]
     right = np.array([both.markers.index(name) for name in recording.labels])[column]
     leg = [both.markers.index(f"ann:{name}") for name in ("LHIP", "LTHI", "LKNE", "LTIB", "LANK", "LHEE", "LTOE")]
     wrong = np.where(np.isin(right, leg), right + 34, np.where(np.isin(right, np.add(leg, 34)), right - 34, right))
-    frames = sample_frames(scene)
 
     def control():
-        evidence = yield from frame_evidence(scene, frames, labels_in(scene, wrong, frames))
-        state = State(wrong, mean_over_lives(scene, frames, evidence), -np.inf, evidence)
-        return (yield from tell_apart(scene, state, frames))
+        evidence = yield from evidence_in(problem, wrong, sample_frames(problem))
+        incumbent = Incumbent(Solution(wrong, mean_over_lives(problem, evidence), -np.inf, evidence))
+        yield from swap_between_subjects(problem, incumbent)
+        return incumbent.solution
 
     np.testing.assert_array_equal(next(Driver().run([control()])).identity, right)
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from dshpm_jax import io
 from dshpm_jax._archive.jobs import Job
-from dshpm_jax._labelling import POOR_FIT, Labelling
+from dshpm_jax._control.tuning import TUNING
+from dshpm_jax._labelling import Labelling
 from dshpm_jax._settings import Settings
 from dshpm_jax._types import NO_MATCH
 
@@ -53,7 +54,7 @@ def judged(job: Job, settings: Settings, hashes: Mapping[str, str], figures: Map
     outcome, message = LABELLED, ""
     if share < settings.completeness:
         outcome, message = PARTLY, f"{job.source}: only {share:.1%} of its markers found; check that {models} is right"
-    elif fit is not None and fit < POOR_FIT:
+    elif fit is not None and fit < TUNING.poor_fit_below:
         message = f"{job.source}: its labels hold only {fit:.0%} of the usual evidence; check that {models} is right"
     return Outcome(job, outcome, message, hashes, figures, was_there=was_there)
 

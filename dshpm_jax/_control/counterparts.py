@@ -11,33 +11,36 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.optimize import linear_sum_assignment
 
-from dshpm_jax._hierarchy import Segment, children, subtree
+from dshpm_jax._control.tuning import Tuning
+from dshpm_jax._hierarchy import children, subtree
+from dshpm_jax._model import Segment
 from dshpm_jax._requests import Target
-from dshpm_jax._types import NO_PARENT
-
-ALIKE = 0.2
-"""Two chains are counterparts if their distances differ by less than this share of their mean."""
-
-MAX_TURNED = 6  # markers of a segment that is turned with its chains
+from dshpm_jax._types import MIN_FIT_POINTS, NO_PARENT
 
 
-def turns(
-    segments: Sequence[Segment], targets: Sequence[Target], distance: Float[np.ndarray, "markers markers"]
+def side_permutations(
+    segments: Sequence[Segment],
+    targets: Sequence[Target],
+    distance: Float[np.ndarray, "markers markers"],
+    tuning: Tuning,
 ) -> list[Int[np.ndarray, " markers"]]:
     """What each label becomes when chains that hang from one segment are exchanged.
 
-    Each pair of counterparts, and all pairs together, with the segment they hang from as it is and turned onto itself.
+    Each pair of counterparts, and all pairs together, with the segment they hang from as it is and permuted.
+
+    Arguments:
+        distance: mean distances of all pairs of markers (mm).
     """
     markers = [target.markers for target in targets]
     found = []
     for parent in range(NO_PARENT, len(segments)):
         chains = [_chain(segments, markers, head) for head in children(segments, parent)]
-        swaps = _swaps(distance, chains)
+        swaps = _swaps(distance, chains, tuning)
         if len(swaps) > 1:
             swaps.append(_both(swaps))
         found += swaps
         if parent != NO_PARENT:
-            found += [turned for swap in swaps for turned in _with_parent(distance, markers[parent], swap)]
+            found += [whole for swap in swaps for whole in _with_parent(distance, markers[parent], swap, tuning)]
     return found
 
 
@@ -46,10 +49,10 @@ def _chain(segments: Sequence[Segment], markers: Sequence[np.ndarray], head: int
     return np.unique(np.concatenate([markers[s] for s in subtree(segments, head)]))
 
 
-def _swaps(distance: np.ndarray, chains: Sequence[np.ndarray]) -> list[np.ndarray]:
+def _swaps(distance: np.ndarray, chains: Sequence[np.ndarray], tuning: Tuning) -> list[np.ndarray]:
     """The exchange of each pair of chains that are counterparts."""
     swaps = []
-    for pair in (_counterparts(distance, a, b) for a, b in combinations(chains, 2)):
+    for pair in (_counterparts(distance, a, b, tuning) for a, b in combinations(chains, 2)):
         if pair is not None:
             one, other = pair
             to = np.arange(len(distance))
@@ -58,7 +61,9 @@ def _swaps(distance: np.ndarray, chains: Sequence[np.ndarray]) -> list[np.ndarra
     return swaps
 
 
-def _counterparts(distance: np.ndarray, one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+def _counterparts(
+    distance: np.ndarray, one: np.ndarray, other: np.ndarray, tuning: Tuning
+) -> tuple[np.ndarray, np.ndarray] | None:
     """The markers of two chains side by side, where their distances are alike, else nothing."""
     one, other = np.setdiff1d(one, other), np.setdiff1d(other, one)
     if len(one) != len(other) or len(one) < 2:
@@ -69,7 +74,7 @@ def _counterparts(distance: np.ndarray, one: np.ndarray, other: np.ndarray) -> t
     profiles = np.abs(np.sort(a, 1)[:, None] - np.sort(b, 1)[None]).sum(-1)
     order = linear_sum_assignment(profiles)[1]
     order, cost = min((_refined(a, b, across, start) for start in (order, np.arange(len(one)))), key=lambda o: o[1])
-    return (one, other[order]) if cost < ALIKE * a.mean() else None
+    return (one, other[order]) if cost < tuning.max_counterpart_difference * a.mean() else None
 
 
 def _refined(a: np.ndarray, b: np.ndarray, across: np.ndarray, order: np.ndarray) -> tuple[np.ndarray, float]:
@@ -105,18 +110,19 @@ def _both(swaps: list[np.ndarray]) -> np.ndarray:
     return together
 
 
-def _with_parent(distance: np.ndarray, own: np.ndarray, swap: np.ndarray) -> list[np.ndarray]:
-    """The swap with each way to turn the parent onto itself, roughly, that brings its joins to where the swap does."""
-    if not 3 <= len(own) <= MAX_TURNED:
+def _with_parent(distance: np.ndarray, own: np.ndarray, swap: np.ndarray, tuning: Tuning) -> list[np.ndarray]:
+    """The swap with each permutation of the parent that roughly keeps its shape and moves joins as the swap does."""
+    if not MIN_FIT_POINTS <= len(own) <= tuning.max_symmetric_markers:
         return []
     between = distance[np.ix_(own, own)]
     joins = swap[own] != own
-    turned = []
+    found = []
     for way in map(np.array, permutations(own)):
         if (way[joins] != swap[own][joins]).any() or (way == swap[own]).all():
             continue
-        if np.abs(distance[np.ix_(way, way)] - between).mean() < ALIKE * between.mean():
+        change = np.abs(distance[np.ix_(way, way)] - between).mean()
+        if change < tuning.max_counterpart_difference * between.mean():
             to = swap.copy()
             to[own] = way
-            turned.append(to)
-    return turned
+            found.append(to)
+    return found

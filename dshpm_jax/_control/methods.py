@@ -1,71 +1,101 @@
 """The methods, each one control a recording: the paper's dynamic and static schemes, and the full method."""
 
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Float, Int
 
-from dshpm_jax._control.decision import alternatives, ceiling_of, decide
-from dshpm_jax._control.dividing import divide
-from dshpm_jax._control.dynamic import identify, key_frame
-from dshpm_jax._control.full import full
-from dshpm_jax._control.propagation import propagate
-from dshpm_jax._control.scene import Known, Scene
-from dshpm_jax._control.settling import model_fit
+from dshpm_jax._control.full.confidence import finalise
+from dshpm_jax._control.full.search import solve
+from dshpm_jax._control.paper.dynamic import identify, key_frame
+from dshpm_jax._control.paper.propagation import propagate
+from dshpm_jax._control.partial_labels import PartialLabels
+from dshpm_jax._control.problem import LabellingProblem
+from dshpm_jax._control.tuning import TUNING, Tuning
+from dshpm_jax._control.uses.population import rescaled
 from dshpm_jax._labelling import Reason
 from dshpm_jax._model import SubjectModel
-from dshpm_jax._requests import Control, Together
+from dshpm_jax._requests import Control, CountFits, Gather
 from dshpm_jax._settings import Settings
 from dshpm_jax._trajectories import Trajectories
 from dshpm_jax._types import NO_MATCH
 
-Answer = tuple[Trajectories, np.ndarray, np.ndarray, tuple[Reason, ...], dict[str, Any], np.ndarray | None]
-"""The trajectories; identity, confidence and reason of each, figures of the run, and what else each could be."""
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """The labels of one recording.
+
+    Attributes:
+        model: the model of which they are: that given, or rescaled.
+        trajectories: as they were judged; the full method may have split some.
+        identity, confidence, reason: of each trajectory, see `Labelling`.
+        could_be: what else each could be; None if the method does not know.
+        model_fit: the evidence that the labels hold against what right ones do; None if the method does not know.
+        fits: rigid fits that it all took (section 5.2.3).
+    """
+
+    model: SubjectModel
+    trajectories: Trajectories
+    identity: Int[np.ndarray, " trajectories"]
+    confidence: Float[np.ndarray, " trajectories"]
+    reason: tuple[Reason, ...]
+    could_be: Int[np.ndarray, "trajectories 2"] | None
+    model_fit: float | None
+    fits: int
 
 
-def label_control(trajectories: Trajectories, model: SubjectModel, settings: Settings) -> Control:
-    """The control for one recording; returns an `Answer`."""
-    scene = Scene(trajectories, model, settings)
-    return (yield from {"paper": _dynamic, "static": _static, "full": _full}[settings.method](scene))
+def label_control(
+    trajectories: Trajectories, model: SubjectModel, settings: Settings, tuning: Tuning = TUNING
+) -> Control[Answer]:
+    """The control for one recording."""
+    if settings.rescale:
+        model = yield from rescaled(trajectories, model, settings, tuning)
+    problem = LabellingProblem(trajectories, model, settings, tuning)
+    if settings.method == "full":
+        return (yield from _full(problem))
+    known = yield from (_static if settings.method == "static" else _dynamic)(problem)
+    return (yield from _answer(problem, known))
 
 
-def _full(scene: Scene) -> Control:
-    state, fits = yield from full(scene)
-    scene, state = yield from divide(scene, state)
-    fit = round(model_fit(scene, state), 4)  # as it is told, so that line and confidences agree
-    identity, confidence, reason = decide(scene, state, ceiling_of(fit))
-    figures = {"svd_count": fits + scene.evidence_fits, "model_fit": fit}
-    return scene.trajectories, identity, confidence, reason, figures, alternatives(state, identity)
+def _full(problem: LabellingProblem) -> Control[Answer]:
+    problem, solution = yield from solve(problem)
+    final = finalise(problem, solution)
+    fits: int = yield CountFits()
+    labels = final.identity, final.confidence, final.reason, final.could_be, final.model_fit
+    return Answer(problem.model, problem.trajectories, *labels, fits)
 
 
-def _dynamic(scene: Scene) -> Control:
+def _dynamic(problem: LabellingProblem) -> Control[PartialLabels]:
     """The paper's method: one key-frame range, then propagation both ways (sections 4.2 to 4.5)."""
-    frame = key_frame(scene)
-    known = yield from identify(scene, frame)
-    yield from propagate(scene, known, frame)
-    return _answer(scene, known)
+    frame = key_frame(problem)
+    known = yield from identify(problem, frame)
+    yield from propagate(problem, known, frame)
+    return known
 
 
-def _static(scene: Scene) -> Control:
+def _static(problem: LabellingProblem) -> Control[PartialLabels]:
     """Every frame alone, without tracks (the baseline of section 5.2.1); all frames side by side."""
-    parts = yield Together(tuple(_single_frame(scene, frame) for frame in range(scene.trajectories.num_frames)))
-    known = Known.nothing(scene)
+    frames = range(problem.trajectories.num_frames)
+    parts = yield Gather(tuple(_single_frame(problem, frame) for frame in frames))
+    known = PartialLabels.nothing(problem)
     for here, part in parts:
         known.identity[here], known.recruited[here] = part.identity, part.recruited
         known.found |= part.found
-        known.fits += part.fits
-    return _answer(scene, known)
+    return known
 
 
-def _single_frame(scene: Scene, frame: int) -> Control:
-    here, alone = scene.trajectories.single(frame)
-    known = yield from identify(Scene(alone, scene.model, scene.settings, scene.body), 0)
+def _single_frame(problem: LabellingProblem, frame: int) -> Control[tuple[np.ndarray, PartialLabels]]:
+    here, alone = problem.trajectories.single(frame)
+    known = yield from identify(problem.of(alone), 0)
     return here[alone.column[0, alone.slot]], known
 
 
-def _answer(scene: Scene, known: Known) -> Answer:
+def _answer(problem: LabellingProblem, known: PartialLabels) -> Control[Answer]:
     """The paper accepts or abandons; it has no degrees of confidence."""
     named = known.identity != NO_MATCH
     lost = Reason.OUTSIDE if known.found.all() else Reason.ABANDONED
     given = [Reason.RECRUITED if recruited else Reason.MATCHED for recruited in known.recruited]
     reason = tuple(g if n else lost for g, n in zip(given, named))
-    return scene.trajectories, known.identity, named.astype(float), reason, {"svd_count": known.fits}, None
+    fits: int = yield CountFits()
+    labels = known.identity, named.astype(float), reason
+    return Answer(problem.model, problem.trajectories, *labels, None, None, fits)

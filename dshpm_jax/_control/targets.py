@@ -6,28 +6,23 @@ from itertools import permutations
 import numpy as np
 from jaxtyping import Float
 
-from dshpm_jax._hierarchy import Segment
-from dshpm_jax._model import SubjectModel, pair_tolerance
+from dshpm_jax._control.tuning import TUNING, Tuning
+from dshpm_jax._geometry import pair_distances
+from dshpm_jax._model import Segment, SubjectModel, pair_tolerance
 from dshpm_jax._requests import Target
 from dshpm_jax._settings import Settings
 from dshpm_jax._types import MIN_FIT_POINTS, NO_MATCH
 
-FULL_QUANTITY = 0.6
-"""The full method judges a match by the whole life of its trajectories, so a key-frame may show fewer markers."""
 
-SYMMETRY, MAX_SYMMETRIC = 2.0, 6
-"""A segment of at most so many markers is turned onto itself where its distances allow it within so many tolerances."""
-
-
-def make_targets(model: SubjectModel, settings: Settings) -> list[Target]:
+def make_targets(model: SubjectModel, settings: Settings, tuning: Tuning = TUNING) -> list[Target]:
     """A target for every segment of `model`."""
     tolerance = None
     if settings.method == "full":
         tolerance = pair_tolerance(model, settings.spread_factor, settings.tolerance_floor, settings.tolerance_ratio)
-    return [_make_target(model, s, settings, tolerance) for s in range(len(model.segments))]
+    return [_make_target(model, s, settings, tuning, tolerance) for s in range(len(model.segments))]
 
 
-def _make_target(model: SubjectModel, s: int, settings: Settings, learnt: np.ndarray | None) -> Target:
+def _make_target(model: SubjectModel, s: int, settings: Settings, tuning: Tuning, learnt: np.ndarray | None) -> Target:
     segment = model.segments[s]
     ids = np.array(segment.markers)
     distance = pair_distances(segment.shape)
@@ -45,24 +40,27 @@ def _make_target(model: SubjectModel, s: int, settings: Settings, learnt: np.nda
         distance = np.where(np.isfinite(mean), mean, distance)
         np.fill_diagonal(distance, 0.0)
         scale = _off_diagonal_mean(tolerance)
-        reach = 1.5 * scale
-    return Target(s, ids, segment.shape, distance, tolerance, scale, reach, quantity(segment, settings))
+        reach = tuning.reach_ratio * scale
+    return Target(s, ids, segment.shape, distance, tolerance, scale, reach, quantity(segment, settings, tuning))
 
 
-def quantity(segment: Segment, settings: Settings) -> int:
+def quantity(segment: Segment, settings: Settings, tuning: Tuning = TUNING) -> int:
     """Markers that a match must hold (Eq. 5): at least the matching quantity, never under 3 where there are 3."""
     share = segment.matching_quantity if settings.matching_quantity is None else settings.matching_quantity
     if settings.method == "full" and settings.matching_quantity is None:
-        share = FULL_QUANTITY
+        share = tuning.matching_quantity
     size = len(segment.markers)
     return max(int(np.ceil(share * size - 1e-9)), min(MIN_FIT_POINTS, size))
 
 
-def with_virtual_join(target: Target, place: Float[np.ndarray, "3"], spread: float, noise: float) -> Target:
-    """`target` with one more column, the centre of the joint with its parent, at `place` in its shape."""
+def with_virtual_join(target: Target, place: Float[np.ndarray, "3"], slack: float) -> Target:
+    """`target` with one more column, the centre of the joint with its parent, at `place` in its shape.
+
+    Arguments:
+        slack: how far off the centre may be (mm).
+    """
     shape = np.concatenate([target.shape, place[None]])
     apart = np.linalg.norm(target.shape - place, axis=1)
-    slack = 2.0 * spread + noise
     grown = replace(
         target,
         markers=np.append(target.markers, NO_MATCH),
@@ -75,27 +73,23 @@ def with_virtual_join(target: Target, place: Float[np.ndarray, "3"], spread: flo
     return grown
 
 
-def symmetries(target: Target) -> list[tuple[int, ...]]:
-    """Permutations of the markers under which all distances stay within `SYMMETRY` tolerances."""
+def symmetries(target: Target, tuning: Tuning = TUNING) -> list[tuple[int, ...]]:
+    """Permutations of the markers under which all distances stay within `tuning.symmetry_tolerances`."""
     distance, size = target.distance, len(target.markers)
-    if not 3 <= size <= MAX_SYMMETRIC:
+    if not 3 <= size <= tuning.max_symmetric_markers:
         return []
     found = []
     for permutation in permutations(range(size)):
         moved = sum(k != p for k, p in enumerate(permutation))
         index = list(permutation)
-        if moved >= 2 and (np.abs(distance[np.ix_(index, index)] - distance) <= SYMMETRY * target.tolerance).all():
+        change = np.abs(distance[np.ix_(index, index)] - distance)
+        if moved >= 2 and (change <= tuning.symmetry_tolerances * target.tolerance).all():
             found.append(permutation)
     return found
 
 
 def _bordered(matrix: np.ndarray, edge: np.ndarray, corner: float) -> np.ndarray:
     return np.block([[matrix, edge[:, None]], [edge[None], np.array([[corner]])]])
-
-
-def pair_distances(points: Float[np.ndarray, "points 3"]) -> Float[np.ndarray, "points points"]:
-    """Distances between all points, from difference vectors."""
-    return np.linalg.norm(points[:, None] - points[None], axis=-1)
 
 
 def mean_edge(distance: Float[np.ndarray, "points points"]) -> float:

@@ -6,15 +6,25 @@ each its answer. An answer never depends on who shared the batch.
 """
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any, TypeVar
 
-from dshpm_jax._driver.buckets import COLUMN_BUCKETS, POINT_BUCKETS, SLOT_BUCKETS, bucket
 from dshpm_jax._driver.evidence import life_evidences
 from dshpm_jax._driver.fitting import fit
 from dshpm_jax._driver.matching import match, score
 from dshpm_jax._driver.segmentation import segment
-from dshpm_jax._requests import Control, FitPoses, LifeEvidence, MatchSegment, ScoreMatch, Segmentation, Together
+from dshpm_jax._requests import (
+    Control,
+    CountFits,
+    FitPoses,
+    Gather,
+    LifeEvidence,
+    MatchSegment,
+    Request,
+    ScoreMatch,
+    Segmentation,
+)
 from dshpm_jax._scoring import (
     AbstractCandidateScore,
     AbstractMatchScore,
@@ -23,6 +33,8 @@ from dshpm_jax._scoring import (
     check_candidate_score,
     check_match_score,
 )
+
+T = TypeVar("T")
 
 
 class Driver:
@@ -45,59 +57,67 @@ class Driver:
             check_candidate_score(candidate_score)
         if match_score is not None:
             check_match_score(match_score)
-        self._candidate_score = ToleranceScore() if candidate_score is None else candidate_score
-        self._match_score = MeanResidual() if match_score is None else match_score
+        candidate = ToleranceScore() if candidate_score is None else candidate_score
+        matching = MeanResidual() if match_score is None else match_score
+        self._answers: dict[type[Request[Any]], Callable[[list[Any]], list[Any]]] = {
+            MatchSegment: lambda asked: match(asked, candidate, matching),
+            ScoreMatch: lambda asked: score(asked, matching),
+            FitPoses: fit,
+            Segmentation: segment,
+            LifeEvidence: life_evidences,
+        }
         self._in_flight = in_flight
 
-    def run(self, controls: Iterable[Control]) -> Iterator[Any]:
+    def run(self, controls: Iterable[Control[T]]) -> Iterator[T]:
         """The results of `controls`, in their order, each as soon as it and those before it are done."""
         waiting = iter(controls)
         done: dict[int, Any] = {}
-        threads: dict[int, _Thread] = {}
+        tasks: dict[int, _Task] = {}
         started = following = 0
         exhausted = False
         while True:
-            while not exhausted and len(threads) < self._in_flight:
+            while not exhausted and len(tasks) < self._in_flight:
                 control = next(waiting, None)
                 if control is None:
                     exhausted = True
                 else:
-                    threads[started] = _Thread(control)
+                    tasks[started] = _Task(control, _FitCount())
                     started += 1
-            self._answer([leaf for thread in threads.values() for leaf in thread.leaves()])
-            for k, thread in list(threads.items()):
-                if thread.advance():
-                    done[k] = threads.pop(k).result
+            self._answer([leaf for task in tasks.values() for leaf in task.leaves()])
+            for k, task in list(tasks.items()):
+                if task.advance():
+                    done[k] = tasks.pop(k).result
             while following in done:
                 yield done.pop(following)
                 following += 1
-            if exhausted and not threads:
+            if exhausted and not tasks:
                 return
 
-    def _answer(self, leaves: "list[_Thread]") -> None:
-        groups: dict[Any, list[_Thread]] = defaultdict(list)
+    def _answer(self, leaves: "list[_Task]") -> None:
+        groups: dict[tuple, list[_Task]] = defaultdict(list)
         for leaf in leaves:
-            groups[_group_of(leaf.request)].append(leaf)
-        for group, members in groups.items():
-            answer = {
-                MatchSegment: lambda asked: match(asked, self._candidate_score, self._match_score),
-                ScoreMatch: lambda asked: score(asked, self._match_score),
-                FitPoses: fit,
-                Segmentation: segment,
-                LifeEvidence: life_evidences,
-            }[group[0]]
+            groups[type(leaf.request), *leaf.request.group()].append(leaf)
+        for (kind, *_), members in groups.items():
             distinct = {id(leaf.request): leaf.request for leaf in members}  # controls may wait for the same request
-            answers = dict(zip(distinct, answer(list(distinct.values()))))
+            answers = dict(zip(distinct, self._answers[kind](list(distinct.values()))))
             for member in members:
                 member.answer = answers[id(member.request)]
 
 
-class _Thread:
-    """A control in flight, with the threads below it if it waits for several."""
+@dataclass
+class _FitCount:
+    """Rigid fits that a control took, with all that it runs."""
 
-    def __init__(self, control: Control):
+    fits: int = 0
+
+
+class _Task:
+    """A control in flight, with the tasks below it if it waits for several."""
+
+    def __init__(self, control: Control[Any], count: _FitCount):
         self._control = control
-        self._below: list[_Thread] = []
+        self._count = count
+        self._below: list[_Task] = []
         self.request: Any = None
         self.answer: Any = None
         self.result: Any = None
@@ -107,42 +127,32 @@ class _Thread:
     def _step(self, answer: Any) -> None:
         try:
             self.request = self._control.send(answer)
+            while isinstance(self.request, CountFits):
+                self.request = self._control.send(self._count.fits)
         except StopIteration as stop:
             self.result, self._done, self.request = stop.value, True, None
             return
-        if isinstance(self.request, Together):
-            self._below = [_Thread(control) for control in self.request.controls]
+        if isinstance(self.request, Gather):
+            self._below = [_Task(control, self._count) for control in self.request.controls]
+        elif not isinstance(self.request, Request):
+            raise TypeError(f"a control yielded {type(self.request).__name__}, which is no request")
 
-    def leaves(self) -> "list[_Thread]":
-        """The threads at or below this one that wait for a kernel."""
+    def leaves(self) -> "list[_Task]":
+        """The tasks at or below this one that wait for a kernel."""
         if self._done:
             return []
-        if isinstance(self.request, Together):
-            return [leaf for thread in self._below for leaf in thread.leaves()]
+        if isinstance(self.request, Gather):
+            return [leaf for task in self._below for leaf in task.leaves()]
         return [self]
 
     def advance(self) -> bool:
         """Goes on with the answers that have come; whether the control is done."""
         if self._done:
             return True
-        if isinstance(self.request, Together):
-            if all([thread.advance() for thread in self._below]):
-                self._step([thread.result for thread in self._below])
+        if isinstance(self.request, Gather):
+            if all([task.advance() for task in self._below]):
+                self._step([task.result for task in self._below])
         else:
+            self._count.fits += self.request.fits(self.answer)
             self._step(self.answer)
         return self._done
-
-
-def _group_of(request: Any) -> tuple:
-    if isinstance(request, MatchSegment):
-        points = bucket(len(request.points), POINT_BUCKETS, "points")
-        return MatchSegment, points, bucket(len(request.target.markers), COLUMN_BUCKETS, "markers of a segment")
-    if isinstance(request, FitPoses):
-        return FitPoses, bucket(request.shape.shape[1], COLUMN_BUCKETS, "markers of a segment")
-    if isinstance(request, ScoreMatch):
-        return ScoreMatch, bucket(len(request.scale), COLUMN_BUCKETS, "markers of a segment")
-    if isinstance(request, Segmentation):
-        return (Segmentation,)
-    if isinstance(request, LifeEvidence):
-        return LifeEvidence, bucket(request.points.shape[1], SLOT_BUCKETS, "points")
-    raise TypeError(f"a control yielded {type(request).__name__}, which is no request")

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from dshpm_jax._driver.buckets import SLOT_BUCKETS, bucket
+from dshpm_jax._buckets import SLOT_BUCKETS, bucket
 from dshpm_jax._kernels.life_evidence import life_evidence
 from dshpm_jax._requests import LifeEvidence
 from dshpm_jax._types import NO_MATCH
@@ -13,11 +13,11 @@ LIFE_LANES = 1024  # markers in frames in one call, always: programs of several 
 
 
 def life_evidences(requests: list[LifeEvidence]) -> list[np.ndarray]:
-    """Evidence of the lanes of all requests, packed into calls of a few sizes."""
+    """Log-likelihood ratios of the lanes of all requests, packed into calls of one size; all have one null model."""
     answers = [np.empty((len(asked.marker), asked.points.shape[1]), np.float32) for asked in requests]
     for pieces in _packed([len(asked.marker) for asked in requests], LIFE_LANES):
         lanes = [_life_lanes(requests[k], rows) for k, rows in pieces]
-        found = np.asarray(life_evidence(*_stacked(lanes, LIFE_LANES)))
+        found = np.asarray(life_evidence(*_stacked(lanes, LIFE_LANES), null=requests[0].null))
         first = 0
         for k, rows in pieces:
             last = first + rows.stop - rows.start
@@ -58,7 +58,14 @@ def _life_lanes(asked: LifeEvidence, rows: slice) -> list[np.ndarray]:
     around = asked.neighbours[marker]
     places = (identified - centre).astype(np.float32)[row[:, None], np.maximum(around, 0)]
     places = np.where((around != NO_MATCH)[..., None], places, np.float32(np.nan))
-    return [here[row], places, asked.shape[marker], asked.own[marker], asked.softness[marker], asked.spread[marker]]
+    return [
+        here[row],
+        places,
+        asked.shape[marker],
+        asked.own[marker],
+        asked.distance_sd[marker],
+        asked.marker_sd[marker],
+    ]
 
 
 def _stacked(pieces: list[list[np.ndarray]], size: int) -> list[np.ndarray]:

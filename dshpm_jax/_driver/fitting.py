@@ -2,13 +2,14 @@
 
 import numpy as np
 
-from dshpm_jax._driver.buckets import COLUMN_BUCKETS, FIT_BUCKETS, bucket
+from dshpm_jax._buckets import COLUMN_BUCKETS, FIT_BUCKETS, bucket
 from dshpm_jax._kernels.poses import fit_poses
-from dshpm_jax._requests import FitPoses, Poses
+from dshpm_jax._requests import FitPoses, FittedPoses
 
 
-def fit(requests: list[FitPoses]) -> list[Poses]:
-    answers: list[Poses] = []
+def fit(requests: list[FitPoses]) -> list[FittedPoses]:
+    """The poses of each request."""
+    answers: list[FittedPoses] = []
     columns = bucket(max(r.shape.shape[1] for r in requests), COLUMN_BUCKETS, "markers of a segment")
     sizes = [len(r.shape) for r in requests]
     shape = np.zeros((sum(sizes), columns, 3), np.float32)
@@ -31,7 +32,7 @@ def fit(requests: list[FitPoses]) -> list[Poses]:
     start = 0
     for size in sizes:
         rows = slice(start, start + size)
-        answers.append(Poses(rotation[rows], translation[rows], rms[rows], rank[rows]))
+        answers.append(FittedPoses(rotation[rows], translation[rows], rms[rows], rank[rows]))
         start += size
     return answers
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from dshpm_jax._driver.buckets import COLUMN_BUCKETS, FIT_BUCKETS, POINT_BUCKETS, bucket
+from dshpm_jax._buckets import COLUMN_BUCKETS, FIT_BUCKETS, POINT_BUCKETS, bucket
 from dshpm_jax._kernels.candidate_table import Hypotheses, Problems
 from dshpm_jax._kernels.match_scores import score_matches
 from dshpm_jax._kernels.matching import match_segments
@@ -64,7 +64,7 @@ def _match_batch(
     problems, hypotheses = pad(requests)
     found = match_segments(problems, hypotheses, candidate_score, match_score)
     count = int(found.num_tables)
-    rows = [np.asarray(field) for field in found[:6]]
+    rows = [np.asarray(field) for field in found[:-1]]
     request = hypotheses.request[rows[0][:count]]
     ends = np.searchsorted(request, np.arange(len(requests) + 1))
     answers = []
@@ -72,7 +72,7 @@ def _match_batch(
         mine = slice(ends[k], ends[k + 1])
         _, assigned, matched, error, accepted, fits = (field[mine] for field in rows)
         columns = len(asked.target.markers)
-        answers.append(SegmentMatches(assigned[:, :columns], matched, error, accepted, fits, int(found.truncated)))
+        answers.append(SegmentMatches(assigned[:, :columns], matched, error, accepted, fits))
     return answers
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dshpm_jax._driver.buckets import POINT_BUCKETS, bucket
+from dshpm_jax._buckets import POINT_BUCKETS, bucket
 from dshpm_jax._kernels.pair_statistics import segmentation_matrices
 from dshpm_jax._requests import Segmentation
 

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from dshpm_jax._control.targets import mean_edge, pair_distances
+from dshpm_jax._control.targets import mean_edge
+from dshpm_jax._geometry import pair_distances
 from dshpm_jax._experiments.figures import COLOURS, panels, save
 from dshpm_jax._experiments.records import Records, write_rows
 from dshpm_jax._experiments.statistics import precision_of, rate_of, times_of

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Int
 
 from dshpm_jax._driver import Driver
+from dshpm_jax._geometry import evenly_spaced
 from dshpm_jax._label import label_many
 from dshpm_jax._labelling import Labelling
 from dshpm_jax._model import SubjectModel
@@ -124,7 +125,7 @@ def _asked(case: Case, method: Method) -> Case:
     frames = case.recording.num_frames
     if method != "static" or frames <= STATIC_FRAMES:
         return case
-    some = np.linspace(0, frames - 1, STATIC_FRAMES).round().astype(int)
+    some = evenly_spaced(frames, STATIC_FRAMES, rounded=True)
     return case._replace(recording=replace(case.recording, points=case.recording.points[some]), truth=case.truth[some])
 
 

@@ -205,25 +205,20 @@ def _fill_chunk(problems: Problems, distances: PivotDistances, hypotheses: Hypot
 
 def order_candidates(
     problems: Problems, distances: PivotDistances, hypotheses: Hypotheses, score: AbstractCandidateScore
-) -> tuple[Int[Array, "columns tables candidates"], Int[Array, " tables"]]:
-    """Candidate ordering: the points of each column by cost, ties by index, `NO_MATCH` behind the last.
-
-    Also how many candidates of each table had to be left out.
-    """
+) -> Int[Array, "columns tables candidates"]:
+    """Candidate ordering: the points of each column by cost, ties by index, `NO_MATCH` behind the last."""
     apart = distances.to_point[hypotheses.request, hypotheses.assumed]
     is_first = jnp.arange(MAX_CANDIDATES)[None] == 0
 
-    def order(number, state):
-        table, left_out = state
+    def order(number, table):
         column = _column(problems, distances, hypotheses, score, number)
         cost = _open_costs(score, column, apart.T).T
         negative, point = lax.top_k(-cost, MAX_CANDIDATES)
         there = jnp.isfinite(negative)
         known = jnp.where(is_first, column.known[:, None], NO_MATCH)
         found = jnp.where(column.is_open[:, None], jnp.where(there, point, NO_MATCH), known)
-        left_out += jnp.sum(jnp.isfinite(cost), axis=1, dtype=jnp.int32) - jnp.sum(there, axis=1, dtype=jnp.int32)
-        return table.at[number].set(found), left_out
+        return table.at[number].set(found)
 
     tables, columns = len(apart), problems.pinned.shape[1]
-    nothing = jnp.full((columns, tables, MAX_CANDIDATES), NO_MATCH, jnp.int32), jnp.zeros(tables, jnp.int32)
+    nothing = jnp.full((columns, tables, MAX_CANDIDATES), NO_MATCH, jnp.int32)
     return lax.fori_loop(0, end_of(jnp.any(problems.is_column, axis=0)), order, nothing)

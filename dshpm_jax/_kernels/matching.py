@@ -36,7 +36,6 @@ class Matches(NamedTuple):
     accepted: Bool[Array, " hypotheses"]
     fits: Int[Array, " hypotheses"]
     num_tables: Int[Array, ""]
-    truncated: Int[Array, ""]
 
 
 @eqx.filter_jit
@@ -54,10 +53,10 @@ def match_segments(
     distances = pivot_distances(problems)
     order, count = rank_tables(problems, distances, hypotheses, candidate_score)
     ranked = Hypotheses(*(field[order] for field in hypotheses))
-    table, start, truncated = _prepare(problems, distances, ranked, count, candidate_score)
+    table, start = _prepare(problems, distances, ranked, count, candidate_score)
     fitted, fits = _iterate(problems, ranked, table, start, count, match_score)
     assigned, matched, error, accepted, more_fits = _finish(problems, ranked, fitted, count, match_score)
-    return Matches(order, assigned, matched, error, accepted, fits + more_fits, count, truncated)
+    return Matches(order, assigned, matched, error, accepted, fits + more_fits, count)
 
 
 def _by_chunk(count, carry, body):
@@ -81,23 +80,20 @@ def _put(array, rows, first):
 
 
 def _prepare(problems: Problems, distances: PivotDistances, ranked: Hypotheses, count, score: AbstractCandidateScore):
-    """Ordered candidates of each surviving table, its initial match, and how many candidates found no room."""
+    """Ordered candidates of each surviving table, and its initial match."""
     num, columns = ranked.pivot.shape[0], problems.distance.shape[1]
     sequence = jnp.argsort(problems.distance, axis=2)  # non-decreasing distance from a pivot; stable, ties by index
 
     def body(first, carry):
-        table, start, truncated = carry
+        table, start = carry
         here = Hypotheses(*(_rows(field, first) for field in ranked))
-        candidates, left_out = order_candidates(problems, distances, here, score)
+        candidates = order_candidates(problems, distances, here, score)
         begin = _first_candidates(candidates, sequence[here.request, here.pivot].T, problems.points.shape[1])
-        survives = first + jnp.arange(len(left_out)) < count
-        truncated = truncated + jnp.sum(jnp.where(survives, left_out, 0), dtype=jnp.int32)
-        return _put(table, candidates.transpose(1, 0, 2), first), _put(start, begin.T, first), truncated
+        return _put(table, candidates.transpose(1, 0, 2), first), _put(start, begin.T, first)
 
     empty = (
         jnp.full((num, columns, MAX_CANDIDATES), NO_MATCH, jnp.int32),
         jnp.full((num, columns), NO_MATCH, jnp.int32),
-        jnp.int32(0),
     )
     return _by_chunk(count, empty, body)
 

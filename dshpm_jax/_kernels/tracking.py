@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from dshpm_jax._trajectories import is_seen
+from dshpm_jax._geometry import is_seen
 from dshpm_jax._types import NO_MATCH
 
 NOISE = 12.0  # mm that a steady point may miss its prediction by: noise, soft tissue, and a margin

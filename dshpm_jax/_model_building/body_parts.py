@@ -42,21 +42,36 @@ _STEMS = (
     (r"[iolm]?(elb?|elbow)(o?l|o?m|in|out|lat\w*|med\w*|inner|outer)?|[lm]el|melb|lelb|hle|hme", "upper arm forearm"),
     (r"(frm|fa|fore?arm|farm|lowerarm|rad|forearm\w*)\d?|fa(superior|radius|ulna)", "forearm"),
     (r"wre|[io]?wr[abiome]?|wrist\w*|radius|ulna|(rs|us)p?|wr(lat|med)|thumb\w*wrist", "forearm hand"),
-    (r"(fin|finger|hand|hnd|thm|thumb|pinky|index|knuckle|hm\d|mc\d|[io]hand)\w?\d?", "hand"),
+    (r"(fin|finger|hand|hnd|thm|thumb|pink(ie|y)|index|knuckle|hm\d|mc\d|[io]hand)\w?\d?", "hand"),
     (r"(thi|thigh|th|thy|quad|hams|femur|thl|tha|thf)\w{0,2}\d?", "thigh"),
     (r"[iolm]?(knee?|kni|kn)(lat|med|l|m|in|out|inner|outer)?|[lm]epi|(fl|fm)e|pat(ella)?|[lm]fc", "thigh shank"),
     (r"(tib|tibia|tb|ti|shn|shank|shin|sk|calf|leg|fib|hf|tt|tto|tub)\w{0,3}\d?|sh\d|shank\w*", "shank"),
     (r"[iolm]?(ank?|ankle)(lat|med|l|m|in|out|inner|outer)?|[lm]?mal|mankle|(fa|ta)m|[lm]malleolus", "shank foot"),
-    (r"(heel?|hel|calc?|calcn|calcaneus|toe|bigtoe|pinkie)(lat|med|tip)?\d?", "foot"),
+    (r"(heel?|hel|calc?|calcn|calcaneus|(big|little|small|pink(ie|y))?toe)(lat|med|tip)?\d?", "foot"),
     (r"mt\d?|p?\d(mt|met|meta|mtp?)|mf\w|mtp?\d|met\d", "foot"),
     (r"(d1m|d5m|fcc|vm1|vm5|smh|fmh|vmh|dmt\d|foot|big|hallux|nav|st|pt)\w?\d?", "foot"),
 )
 _PATTERNS = tuple((re.compile(pattern), tuple(re.split(r" (?!arm)", parts))) for pattern, parts in _STEMS)
 
 
-def parts_of(label: str) -> frozenset[str]:
+_PINKIE = re.compile(r"pink(ie|y)(?!toe)")
+_BIG_TOE, _OTHER_FINGER = re.compile(r"(bigtoe|big|hallux)\w?\d?"), re.compile(r"(thm|thumb|index)\w?\d?")
+
+
+def parts_of_each(labels: Sequence[str]) -> list[frozenset[str]]:
+    """The parts of each name of a marker set (see `parts_of`), in which one name may say what another means.
+
+    A "pinkie" is a little finger, but a little toe in a set that names a big toe and no other finger by its name.
+    """
+    stems = {stem for label in labels for _, stem in _readings(label)}
+    toes = any(map(_BIG_TOE.fullmatch, stems)) and not any(map(_OTHER_FINGER.fullmatch, stems))
+    return [parts_of(label, toes) for label in labels]
+
+
+def parts_of(label: str, pinkie_is_toe: bool = False) -> frozenset[str]:
     """The parts of the body that a marker of this name sits on (`"left thigh"`); empty where the name says nothing."""
     for side, stem in _readings(label):
+        stem = _PINKIE.sub("pinkietoe", stem) if pinkie_is_toe else stem
         for pattern, parts in _PATTERNS:
             if pattern.fullmatch(stem):
                 sided = [part for part in parts if part in SIDED]
@@ -95,4 +110,4 @@ def _split(part: str) -> tuple[str, str]:
 
 def recognised(labels: Sequence[str]) -> float:
     """Share of the names that say a part of the body."""
-    return sum(bool(parts_of(label)) for label in labels) / max(len(labels), 1)
+    return sum(map(bool, parts_of_each(labels))) / max(len(labels), 1)

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
-from dshpm_jax._model_building.body_parts import meet, parts_of
-from dshpm_jax._model_building.statistics import PairStatistics
+from dshpm_jax._model_building.body_parts import meet, parts_of_each
+from dshpm_jax._model_building.statistics import DistanceStatistics
 
 GENERAL_MM = 2.0
 """Spread of any pair of markers on skin, whatever their distance."""
@@ -24,7 +24,7 @@ GENERAL_SECONDS = 1.5
 """The general spread weighs as much as so many seconds of lively motion."""
 
 
-def expected_spread(statistics: PairStatistics, names: Sequence[str]) -> Float[np.ndarray, "markers markers"]:
+def expected_spread(statistics: DistanceStatistics, names: Sequence[str]) -> Float[np.ndarray, "markers markers"]:
     """Spread to be expected of every pair (mm): root of the weighted mean of learnt and general variance.
 
     A pair that no recording shows together has no distance, so its spread stays NaN.
@@ -39,7 +39,7 @@ def expected_spread(statistics: PairStatistics, names: Sequence[str]) -> Float[n
 
 def general_share(names: Sequence[str]) -> Float[np.ndarray, "markers markers"]:
     """`GENERAL_SHARE` of every pair of names."""
-    parts = [parts_of(name) for name in names]
+    parts = parts_of_each(names)
     return np.array([[GENERAL_SHARE[_kind(one, other)] for other in parts] for one in parts])
 
 

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
+from dshpm_jax._geometry import is_seen
 from dshpm_jax._recording import Recording
 
 
@@ -28,8 +29,8 @@ def gather(recordings: Sequence[Recording]) -> tuple[tuple[str, ...], list[Float
         for i, name in enumerate(names):
             for column in found.get(name, ()):
                 points = recording.points[:, column]
-                clip[:, i] = np.where(np.isfinite(clip[:, i]).all(-1, keepdims=True), clip[:, i], points)
-        clips.append(np.where(np.isfinite(clip).all(-1, keepdims=True), clip, np.nan))
+                clip[:, i] = np.where(is_seen(clip[:, i])[:, None], clip[:, i], points)
+        clips.append(np.where(is_seen(clip)[..., None], clip, np.nan))
     return names, clips
 
 

@@ -1,18 +1,15 @@
 """Neighbourhoods: for every marker the markers that predict its place best, and how well they do."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
+from dshpm_jax._geometry import every_nth, is_seen, predict_last
+from dshpm_jax._model import MAX_NEIGHBOURS, Neighbourhood
 from dshpm_jax._model_building.expectation import GENERAL_MM, GENERAL_SECONDS, expected_spread, general_share
-from dshpm_jax._model_building.shapes import mean_shape, weighted_fit, with_distances
-from dshpm_jax._model_building.statistics import MAX_FRAMES, PairStatistics
-from dshpm_jax._trajectories import is_seen
-
-MAX_NEIGHBOURS = 8
-"""More neighbours average out more noise, but the eighth is already on the next limb."""
+from dshpm_jax._model_building.shapes import mean_shape, with_distances
+from dshpm_jax._model_building.statistics import MAX_FRAMES, DistanceStatistics
 
 SHARE, NOISE_MM = 0.01, 2.0
 """Every distance may change by this share of itself, and by this much, between recordings."""
@@ -21,27 +18,10 @@ MIN_SPREAD_MM = 4.0
 """A short clip may predict a marker better than the next recording will."""
 
 
-@dataclass(frozen=True, eq=False)
-class Neighbourhood:
-    """The markers nearest to rigid with one marker.
-
-    Attributes:
-        markers: identities of the neighbours, the softest last.
-        shape: mean places of the neighbours and, last, of the marker itself, in a frame of their own (mm).
-        softness: how much the distance of each neighbour to the marker varies (mm).
-        spread: root mean square error with which the neighbours predicted the marker in the model's recordings (mm).
-    """
-
-    markers: tuple[int, ...]
-    shape: Float[np.ndarray, "neighbours+1 3"]
-    softness: Float[np.ndarray, " neighbours"]
-    spread: float
-
-
 def build_neighbourhoods(
     names: Sequence[str],
     clips: Sequence[Float[np.ndarray, "frames markers 3"]],
-    statistics: PairStatistics,
+    statistics: DistanceStatistics,
     loose: bool = False,
 ) -> tuple[Neighbourhood, ...]:
     """A neighbourhood for every marker, made from what the clips show and from what bodies do in general.
@@ -49,39 +29,37 @@ def build_neighbourhoods(
     Arguments:
         loose: whether joints turn so far in the clips that mean shapes shrink (see `with_distances`).
     """
-    clips = [clip[:: max(1, -(-len(clip) // MAX_FRAMES))] for clip in clips]
+    clips = [clip[every_nth(len(clip), MAX_FRAMES)] for clip in clips]
     spread = expected_spread(statistics, names)
-    soft = np.sqrt(spread**2 + (SHARE * statistics.mean) ** 2 + NOISE_MM**2)
-    soft = np.where(np.isfinite(soft), soft, np.inf)
-    np.fill_diagonal(soft, np.inf)
+    distance_sd = np.sqrt(spread**2 + (SHARE * statistics.mean) ** 2 + NOISE_MM**2)
+    distance_sd = np.where(np.isfinite(distance_sd), distance_sd, np.inf)
+    np.fill_diagonal(distance_sd, np.inf)
     general = np.hypot(GENERAL_MM, general_share(names) * statistics.mean)
-    return tuple(_neighbourhood(clips, statistics, soft, general, m, loose) for m in range(len(names)))
+    return tuple(_neighbourhood(clips, statistics, distance_sd, general, m, loose) for m in range(len(names)))
 
 
 def _neighbourhood(
     clips: Sequence[np.ndarray],
-    statistics: PairStatistics,
-    soft: np.ndarray,
+    statistics: DistanceStatistics,
+    distance_sd: np.ndarray,
     general: np.ndarray,
     marker: int,
     loose: bool,
 ) -> Neighbourhood:
-    order = np.argsort(soft[marker], kind="stable")[:MAX_NEIGHBOURS]
-    order = order[np.isfinite(soft[marker, order])]
+    order = np.argsort(distance_sd[marker], kind="stable")[:MAX_NEIGHBOURS]
+    order = order[np.isfinite(distance_sd[marker, order])]
     ids = np.append(order, marker)
     shape = mean_shape(np.concatenate([clip[:, ids] for clip in clips]), statistics.mean[np.ix_(ids, ids)])
     if loose:
-        shape = with_distances(shape, statistics.mean[np.ix_(ids, ids)], soft[np.ix_(ids, ids)])
-    softness = soft[marker, order]
-    seen = [_prediction_error(clip[:, ids], shape, 1 / softness**2) for clip in clips]
+        shape = with_distances(shape, statistics.mean[np.ix_(ids, ids)], distance_sd[np.ix_(ids, ids)])
+    sd = distance_sd[marker, order]
+    seen = [_prediction_error(clip[:, ids], shape, 1 / sd**2) for clip in clips]
     # The liveliest recording counts: a static predicts every marker perfectly and says nothing.
     learnt = max((error for error in seen if np.isfinite(error)), default=0.0)
     seconds = float(np.median(statistics.seconds[marker, order])) if len(order) else 0.0
     usual = np.sqrt(1 / np.mean(1 / general[marker, order] ** 2)) if len(order) else MIN_SPREAD_MM
     variance = (seconds * learnt**2 + GENERAL_SECONDS * usual**2) / (seconds + GENERAL_SECONDS)
-    return Neighbourhood(
-        tuple(int(i) for i in order), shape, softness, float(np.hypot(MIN_SPREAD_MM, np.sqrt(variance)))
-    )
+    return Neighbourhood(tuple(int(i) for i in order), shape, sd, float(np.hypot(MIN_SPREAD_MM, np.sqrt(variance))))
 
 
 def _prediction_error(points: np.ndarray, shape: np.ndarray, weight: np.ndarray) -> float:
@@ -96,28 +74,3 @@ def _prediction_error(points: np.ndarray, shape: np.ndarray, weight: np.ndarray)
     error = np.linalg.norm(predict_last(shape, frames[:, :-1], weight) - frames[:, -1], axis=1)
     error = np.sort(error)[: max(1, int(0.99 * len(error)))]
     return float(np.sqrt((error**2).mean()))
-
-
-def predict_last(
-    shape: Float[np.ndarray, "neighbours+1 3"], points: Float[np.ndarray, "frames neighbours 3"], weight: np.ndarray
-) -> Float[np.ndarray, "frames 3"]:
-    """Where the last place of a shape is when the others are fitted to the points seen, three or more of them (mm)."""
-    rotation, translation, _ = weighted_fit(shape[:-1], points, weight)
-    return np.einsum("fij,j->fi", rotation, shape[-1]) + translation
-
-
-def as_arrays(
-    neighbourhoods: Sequence[Neighbourhood],
-) -> tuple[Int[np.ndarray, "markers neighbours"], ...]:
-    """Neighbours (`-1` beyond the last), their places, the markers' own places, softness and spreads, padded."""
-    count = len(neighbourhoods)
-    ids = np.full((count, MAX_NEIGHBOURS), -1, np.int32)
-    shape = np.zeros((count, MAX_NEIGHBOURS, 3), np.float32)
-    own = np.zeros((count, 3), np.float32)
-    soft = np.ones((count, MAX_NEIGHBOURS), np.float32)
-    spread = np.ones(count, np.float32)
-    for m, found in enumerate(neighbourhoods):
-        size = len(found.markers)
-        ids[m, :size], shape[m, :size], own[m] = found.markers, found.shape[:-1], found.shape[-1]
-        soft[m, :size], spread[m] = found.softness, found.spread
-    return ids, shape, own, soft, spread

@@ -13,82 +13,83 @@ from jaxtyping import Float
 
 from dshpm_jax._model_building.partition import MAX_GROUP, fits, shared_parts
 
-GROW_SIZE, GROW_SOFTNESS = 4, 1.5
-"""Groups of fewer markers take in their most rigid outside neighbours while their mean softness stays below this."""
+GROW_SIZE, GROW_SPREAD = 4, 1.5
+"""Groups of fewer markers take in their most rigid outside neighbours while their mean normalised spread stays below
+this."""
 
-SHARE_SOFTNESS, SHARE_MOST = 1.2, 2
-"""A joint shares so many markers at most, each with a mean softness to the other group below this."""
+SHARE_SPREAD, SHARE_MOST = 1.2, 2
+"""A joint shares so many markers at most, each with a mean normalised spread to the other group below this."""
 
-LINK_SOFTNESS, LINK_SIZE = 5.0, 3
-"""A link segment grows to so many markers by those whose mean softness to it is below this."""
+LINK_SPREAD, LINK_SIZE = 5.0, 3
+"""A link segment grows to so many markers by those whose mean normalised spread to it is below this."""
 
 RIGID_LINK = 1.5
 """Two groups are linked where a pair across them is more rigid than this and its names say a part of its own."""
 
-MERGE_SIZE, MERGE_SOFTNESS = 6, 1.65
-"""Two segments become one of so many markers at most, if its mean softness stays below this."""
+MERGE_SIZE, MERGE_SPREAD = 6, 1.65
+"""Two segments become one of so many markers at most, if its mean normalised spread stays below this."""
 
 FIT_SIZE = 3
 """Groups of fewer markers have no pose of their own, so a link must tie them to their neighbours."""
 
 
 def overlapping(
-    found: Sequence[Sequence[int]], soft: Float[np.ndarray, "markers markers"], parts: Sequence[frozenset[str]]
+    found: Sequence[Sequence[int]], spread: Float[np.ndarray, "markers markers"], parts: Sequence[frozenset[str]]
 ) -> tuple[list[list[int]], list[list[int]]]:
     """Segments that share markers at the joints, and the tree over them.
 
     Arguments:
         found: groups of markers that do not overlap and cover all markers.
-        soft: softness of every pair of markers.
+        spread: normalised spread of every pair of markers.
         parts: parts of the body that each marker's name says, empty where it says nothing.
 
     Returns the segments (markers ascending) and, for each, its neighbours in the tree.
     """
     segments = [set(group) for group in found]
     for segment in segments:
-        _grow(segment, soft, parts)
-    for a, b in edges(spanning_tree(closeness(found, soft))):
+        _grow(segment, spread, parts)
+    for a, b in edges(spanning_tree(closeness(found, spread))):
         if not segments[a] & segments[b]:
-            _share(segments, a, b, soft, parts)
-        if not segments[a] & segments[b] and _needs_link(found[a], found[b], soft, parts):
-            segments.append(_link(found[a], found[b], soft))
-    kept = _without_subsets(_merged(segments, soft, parts))
-    return kept, spanning_tree(closeness(kept, soft))
+            _share(segments, a, b, spread, parts)
+        if not segments[a] & segments[b] and _needs_link(found[a], found[b], spread, parts):
+            segments.append(_link(found[a], found[b], spread))
+    kept = _without_subsets(_merged(segments, spread, parts))
+    return kept, spanning_tree(closeness(kept, spread))
 
 
-def _grow(segment: set[int], soft: np.ndarray, parts: Sequence[frozenset[str]]) -> None:
+def _grow(segment: set[int], spread: np.ndarray, parts: Sequence[frozenset[str]]) -> None:
     """Adds the most rigid outside markers, one by one, to a small segment.
 
     A marker whose name says another part of the body is taken only where a pose would be missing without it.
     """
-    while len(segment) < min(GROW_SIZE, len(soft)):
+    while len(segment) < min(GROW_SIZE, len(spread)):
         inside = sorted(segment)
-        mean = soft[:, inside].mean(1)
+        mean = spread[:, inside].mean(1)
         mean[inside] = np.inf
-        suited = np.array([fits(m, inside, parts) for m in range(len(soft))])
-        if mean[suited].min(initial=np.inf) <= GROW_SOFTNESS or len(segment) >= FIT_SIZE:
+        suited = np.array([fits(m, inside, parts) for m in range(len(spread))])
+        if mean[suited].min(initial=np.inf) <= GROW_SPREAD or len(segment) >= FIT_SIZE:
             mean[~suited] = np.inf
         best = int(np.argmin(mean))
-        if mean[best] > GROW_SOFTNESS:
+        if mean[best] > GROW_SPREAD:
             return
         segment.add(best)
 
 
-def _share(segments: list[set[int]], a: int, b: int, soft: np.ndarray, parts: Sequence[frozenset[str]]) -> None:
+def _share(segments: list[set[int]], a: int, b: int, spread: np.ndarray, parts: Sequence[frozenset[str]]) -> None:
     """Makes the markers of one group that are most rigid with the other members of both."""
     offers = []
     for giver, taker in ((a, b), (b, a)):
         inside = sorted(segments[taker])
         for marker in segments[giver]:
             if fits(marker, inside, parts):
-                offers.append((float(soft[marker, inside].mean()), marker, taker))
+                offers.append((float(spread[marker, inside].mean()), marker, taker))
     for cost, marker, taker in sorted(offers)[:SHARE_MOST]:
-        if cost < SHARE_SOFTNESS and len(segments[taker]) < MAX_GROUP:
+        if cost < SHARE_SPREAD and len(segments[taker]) < MAX_GROUP:
             segments[taker].add(marker)
 
 
-def _merged(segments: Sequence[set[int]], soft: np.ndarray, parts: Sequence[frozenset[str]]) -> list[set[int]]:
-    """Segments that share all but one or two markers become one where that is not much softer than its halves."""
+def _merged(segments: Sequence[set[int]], spread: np.ndarray, parts: Sequence[frozenset[str]]) -> list[set[int]]:
+    """Segments that share all but one or two markers become one where that is not much looser than its halves."""
     found = [set(segment) for segment in segments]
     again = True
     while again:
@@ -97,7 +98,7 @@ def _merged(segments: Sequence[set[int]], soft: np.ndarray, parts: Sequence[froz
             both, union = found[a] & found[b], found[a] | found[b]
             if not both or len(union) > MERGE_SIZE or min(len(found[a] - both), len(found[b] - both)) != 1:
                 continue
-            if softness_of(union, soft) < MERGE_SOFTNESS and _one_part(union, parts):
+            if mean_spread(union, spread) < MERGE_SPREAD and _one_part(union, parts):
                 found[a] = union
                 del found[b]
                 again = True
@@ -105,10 +106,10 @@ def _merged(segments: Sequence[set[int]], soft: np.ndarray, parts: Sequence[froz
     return found
 
 
-def softness_of(segment: Set[int], soft: np.ndarray) -> float:
-    """Mean softness over the pairs of a segment."""
+def mean_spread(segment: Set[int], spread: np.ndarray) -> float:
+    """Mean normalised spread over the pairs of a segment."""
     inside = sorted(segment)
-    return float(soft[np.ix_(inside, inside)].sum() / max(len(inside) * (len(inside) - 1), 1))
+    return float(spread[np.ix_(inside, inside)].sum() / max(len(inside) * (len(inside) - 1), 1))
 
 
 def _one_part(segment: Set[int], parts: Sequence[frozenset[str]]) -> bool:
@@ -116,24 +117,24 @@ def _one_part(segment: Set[int], parts: Sequence[frozenset[str]]) -> bool:
     return fits(inside[0], inside[1:], parts)
 
 
-def _needs_link(one: Sequence[int], other: Sequence[int], soft: np.ndarray, parts: Sequence[frozenset[str]]) -> bool:
+def _needs_link(one: Sequence[int], other: Sequence[int], spread: np.ndarray, parts: Sequence[frozenset[str]]) -> bool:
     """Whether one side has no pose of its own, or a rigid pair across both is a bone that has no group of its own."""
     if min(len(one), len(other)) < FIT_SIZE:
         return True
     taken = shared_parts(one, parts) | shared_parts(other, parts)
-    return any(soft[i, j] < RIGID_LINK and (parts[i] & parts[j]) - taken for i in one for j in other)
+    return any(spread[i, j] < RIGID_LINK and (parts[i] & parts[j]) - taken for i in one for j in other)
 
 
-def _link(one: Sequence[int], other: Sequence[int], soft: np.ndarray) -> set[int]:
+def _link(one: Sequence[int], other: Sequence[int], spread: np.ndarray) -> set[int]:
     """The most rigid pair across two groups, and what is nearly as rigid with it, of the larger if that has a pose."""
     pool = max(one, other, key=len) if max(len(one), len(other)) >= FIT_SIZE else (*one, *other)
-    between = soft[np.ix_(one, other)]
+    between = spread[np.ix_(one, other)]
     i, j = np.unravel_index(int(np.argmin(between)), between.shape)
     link = {one[int(i)], other[int(j)]}
     while len(link) < LINK_SIZE:
         rest = [m for m in pool if m not in link]
-        mean = [float(soft[m, sorted(link)].mean()) for m in rest]
-        if min(mean, default=np.inf) > LINK_SOFTNESS:
+        mean = [float(spread[m, sorted(link)].mean()) for m in rest]
+        if min(mean, default=np.inf) > LINK_SPREAD:
             break
         link.add(rest[int(np.argmin(mean))])
     return link
@@ -148,12 +149,12 @@ def _without_subsets(segments: Sequence[set[int]]) -> list[list[int]]:
     return sorted(kept)
 
 
-def closeness(found: Sequence[Sequence[int]], soft: np.ndarray) -> Float[np.ndarray, "groups groups"]:
-    """Mean softness over the three most rigid pairs between groups; a shared marker is a pair of softness zero."""
+def closeness(found: Sequence[Sequence[int]], spread: np.ndarray) -> Float[np.ndarray, "groups groups"]:
+    """Mean spread over the three most rigid pairs between groups; a shared marker is a pair of spread zero."""
     between = np.zeros((len(found), len(found)))
     for a, one in enumerate(found):
         for b, other in enumerate(found):
-            between[a, b] = np.sort(soft[np.ix_(one, other)], axis=None)[:3].mean()
+            between[a, b] = np.sort(spread[np.ix_(one, other)], axis=None)[:3].mean()
     return between
 
 

@@ -1,4 +1,4 @@
-"""Builds the segments of a model: which markers, what shape, how soft, and how they hang together."""
+"""Builds the segments of a model: which markers, what shape, how rigid, and how they hang together."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -7,14 +7,16 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from dshpm_jax._hierarchy import Segment, VirtualJoin, choose_root
-from dshpm_jax._model_building.body_parts import parts_of, recognised
+from dshpm_jax._geometry import evenly_spaced, rigid_fit
+from dshpm_jax._hierarchy import choose_root
+from dshpm_jax._model import Segment, VirtualJoin
+from dshpm_jax._model_building.body_parts import parts_of_each, recognised
 from dshpm_jax._model_building.expectation import expected_spread
 from dshpm_jax._model_building.naming import segment_names
 from dshpm_jax._model_building.overlap import closeness, overlapping, spanning_tree
-from dshpm_jax._model_building.partition import MAX_GROUP, groups, name_factor, softness
-from dshpm_jax._model_building.shapes import MAX_SHAPE_FRAMES, fit, joint_centre, mean_shape
-from dshpm_jax._model_building.statistics import PairStatistics
+from dshpm_jax._model_building.partition import MAX_GROUP, groups, name_factor, normalised_spread
+from dshpm_jax._model_building.shapes import MAX_SHAPE_FRAMES, joint_centre, mean_shape
+from dshpm_jax._model_building.statistics import DistanceStatistics
 from dshpm_jax._model_building.templates import BY_NAMES, TEMPLATES, by_template
 from dshpm_jax._types import MIN_FIT_POINTS, NO_PARENT
 
@@ -36,7 +38,7 @@ MAX_JOINT_SPREAD_MM = 40.0
 
 
 @dataclass(frozen=True)
-class Plan:
+class SegmentPlan:
     """Which markers form which segment and what hangs from what, before any geometry."""
 
     names: list[str]
@@ -47,7 +49,7 @@ class Plan:
 def build_segments(
     names: Sequence[str],
     clips: Sequence[Float[np.ndarray, "frames markers 3"]],
-    statistics: PairStatistics,
+    statistics: DistanceStatistics,
     segments: Mapping[str, Any] | None = None,
     template: str | None = None,
     rigid: Sequence[Sequence[int]] | None = None,
@@ -69,30 +71,27 @@ def build_segments(
         plan = _from_motion(names, statistics)
     plan = _split_large(plan, statistics.mean)
     expected = replace(statistics, spread=expected_spread(statistics, names))
-    return _geometry(plan, np.concatenate([_thin(clip) for clip in clips]), expected)
+    points = np.concatenate([clip[evenly_spaced(len(clip), MAX_SHAPE_FRAMES)] for clip in clips])
+    return _geometry(plan, points, expected)
 
 
-def is_still(statistics: PairStatistics) -> bool:
+def is_still(statistics: DistanceStatistics) -> bool:
     """Whether hardly any pair of markers changes its distance."""
     spread = statistics.spread[np.triu_indices(len(statistics.spread), 1)]
     spread = spread[np.isfinite(spread)]
     return not len(spread) or float(np.quantile(spread, 0.9)) < STILL_MM
 
 
-def _thin(clip: np.ndarray) -> np.ndarray:
-    return clip[np.linspace(0, len(clip) - 1, min(len(clip), MAX_SHAPE_FRAMES)).astype(int)]
-
-
 def _from_motion(
-    names: Sequence[str], statistics: PairStatistics, rigid: Sequence[Sequence[int]] | None = None
-) -> Plan:
-    soft = softness(statistics, names)
-    found = groups(soft, names) if rigid is None else rigid
-    markers, links = overlapping(found, soft, [parts_of(name) for name in names])
-    return Plan(segment_names(markers, names), markers, _parents(markers, links))
+    names: Sequence[str], statistics: DistanceStatistics, rigid: Sequence[Sequence[int]] | None = None
+) -> SegmentPlan:
+    spread = normalised_spread(statistics, names)
+    found = groups(spread, names) if rigid is None else rigid
+    markers, links = overlapping(found, spread, parts_of_each(names))
+    return SegmentPlan(segment_names(markers, names), markers, _parents(markers, links))
 
 
-def _without_motion(names: Sequence[str], statistics: PairStatistics) -> Plan:
+def _without_motion(names: Sequence[str], statistics: DistanceStatistics) -> SegmentPlan:
     known = recognised(names)
     if known < KNOWN_NAMES:
         raise ValueError(
@@ -102,7 +101,7 @@ def _without_motion(names: Sequence[str], statistics: PairStatistics) -> Plan:
     return _from_template(BY_NAMES, names, statistics)
 
 
-def _from_template(template: str, names: Sequence[str], statistics: PairStatistics) -> Plan:
+def _from_template(template: str, names: Sequence[str], statistics: DistanceStatistics) -> SegmentPlan:
     found = by_template(names, template)
     if not found:
         raise ValueError(
@@ -114,7 +113,7 @@ def _from_template(template: str, names: Sequence[str], statistics: PairStatisti
         _nearest(found, marker, statistics.mean).append(marker)
     parts = [part for part, markers in found.items() if not any(set(markers) < set(o) for o in found.values())]
     markers = [sorted(found[part]) for part in parts]
-    return Plan(parts, markers, _parents(markers, _nearest_tree(markers, names, statistics)))
+    return SegmentPlan(parts, markers, _parents(markers, _nearest_tree(markers, names, statistics)))
 
 
 def _nearest(found: dict[str, list[int]], marker: int, distance: np.ndarray) -> list[int]:
@@ -123,7 +122,7 @@ def _nearest(found: dict[str, list[int]], marker: int, distance: np.ndarray) -> 
     return min(found.values(), key=lambda markers: min(far[m] for m in markers))
 
 
-def _from_mapping(segments: Mapping[str, Any], names: Sequence[str], statistics: PairStatistics) -> Plan:
+def _from_mapping(segments: Mapping[str, Any], names: Sequence[str], statistics: DistanceStatistics) -> SegmentPlan:
     place = {name: i for i, name in enumerate(names)}
     labels = {name: list(entry["markers"]) for name, entry in segment_entries(segments).items()}
     unknown = sorted({label for found in labels.values() for label in found} - place.keys())
@@ -139,7 +138,7 @@ def _from_mapping(segments: Mapping[str, Any], names: Sequence[str], statistics:
     given = [entry.get("parent") for entry in segment_entries(segments).values()]
     if any(given):
         parents = _given_parents(list(labels), given)
-    return Plan(list(labels), markers, parents)
+    return SegmentPlan(list(labels), markers, parents)
 
 
 def segment_entries(segments: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
@@ -179,7 +178,7 @@ def _few(names: Sequence[str], most: int = 8) -> str:
 
 
 def _nearest_tree(
-    markers: Sequence[Sequence[int]], names: Sequence[str], statistics: PairStatistics
+    markers: Sequence[Sequence[int]], names: Sequence[str], statistics: DistanceStatistics
 ) -> list[list[int]]:
     """The tree over given segments: those that share markers first, then near ones whose names say that they meet."""
     far = np.nan_to_num(statistics.mean, nan=np.nanmax(statistics.mean, initial=1.0))
@@ -201,7 +200,7 @@ def _parents(markers: Sequence[Sequence[int]], links: Sequence[Sequence[int]]) -
     return parents
 
 
-def _split_large(plan: Plan, distance: np.ndarray) -> Plan:
+def _split_large(plan: SegmentPlan, distance: np.ndarray) -> SegmentPlan:
     """Segments of more than `MAX_GROUP` markers in overlapping strips, each hanging from the one before.
 
     The strips lie between the two markers that are furthest apart; a few markers at each border are in both.
@@ -222,11 +221,11 @@ def _split_large(plan: Plan, distance: np.ndarray) -> Plan:
             parents.append(before)
             before = len(markers)
             markers.append(strip)
-    return Plan(names, markers, parents)
+    return SegmentPlan(names, markers, parents)
 
 
-def _geometry(plan: Plan, points: np.ndarray, statistics: PairStatistics) -> tuple[Segment, ...]:
-    """Shapes, poses over the recordings, joins and softness of the planned segments."""
+def _geometry(plan: SegmentPlan, points: np.ndarray, statistics: DistanceStatistics) -> tuple[Segment, ...]:
+    """Shapes, poses over the recordings, joins and rigidity of the planned segments."""
     shapes = [mean_shape(points[:, m], statistics.mean[np.ix_(m, m)]) for m in plan.markers]
     segments = []
     for s, markers in enumerate(plan.markers):
@@ -249,7 +248,7 @@ def _geometry(plan: Plan, points: np.ndarray, statistics: PairStatistics) -> tup
 
 
 def _virtual_join(
-    plan: Plan, s: int, shapes: Sequence[np.ndarray], points: np.ndarray, statistics: PairStatistics
+    plan: SegmentPlan, s: int, shapes: Sequence[np.ndarray], points: np.ndarray, statistics: DistanceStatistics
 ) -> VirtualJoin | None:
     """The centre of the joint with the parent, drawn towards the middle of the nearest markers of the two."""
     parent = plan.parents[s]
@@ -263,12 +262,12 @@ def _virtual_join(
         # A marker of both gives a little with each of them, so the poses rest on the others where these suffice.
         own = [k for k, marker in enumerate(markers) if marker not in plan.markers[there]]
         own = own if len(own) >= MIN_FIT_POINTS else list(range(len(markers)))
-        poses.append(fit(shapes[here][own], points[:, [markers[k] for k in own]]))
+        poses.append(rigid_fit(shapes[here][own], points[:, [markers[k] for k in own]]))
     in_parent, in_segment, spread = joint_centre(poses[0], poses[1], guesses[0], guesses[1])
     return VirtualJoin(in_parent, in_segment, spread) if spread <= MAX_JOINT_SPREAD_MM else None
 
 
-def _distortion_ratio(markers: Sequence[int], statistics: PairStatistics) -> float:
+def _distortion_ratio(markers: Sequence[int], statistics: DistanceStatistics) -> float:
     """Allowed relative change of a pair distance: three times the typical spread, within the paper's range."""
     rows, columns = np.triu_indices(len(markers), 1)
     index = np.asarray(markers)

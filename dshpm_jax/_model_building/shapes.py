@@ -1,70 +1,19 @@
-"""Mean shapes of segments, their poses over the recordings, and the centres of the joints between them."""
+"""Mean shapes of segments, and the centres of the joints between them."""
 
 import numpy as np
 from jaxtyping import Float
 
-from dshpm_jax._trajectories import is_seen
+from dshpm_jax._geometry import evenly_spaced, is_seen, pair_distances, rigid_fit
 from dshpm_jax._types import MIN_FIT_POINTS
 
 ROUNDS = 8
 """Rounds of the mean shape; it settles to a hundredth of a millimetre in fewer."""
 
 DISTANCE_ROUNDS = 100
-"""Rounds of a shape with given distances; what they still change are the softest, by a millimetre."""
+"""Rounds of a shape with given distances; what they still change are the loosest, by a millimetre."""
 
 MAX_SHAPE_FRAMES = 400
 """Frames that a shape and a joint are made from, evenly spaced."""
-
-
-def fit(
-    shape: Float[np.ndarray, "markers 3"], points: Float[np.ndarray, "frames markers 3"]
-) -> tuple[Float[np.ndarray, "frames 3 3"], Float[np.ndarray, "frames 3"]]:
-    """Rotation and translation of a shape onto the seen points of each frame; NaN with fewer than 3 or in a line.
-
-    Minimises the sum of squares of `rotation @ shape + translation - points`, never a reflection.
-    """
-    seen = np.isfinite((points + shape).sum(-1))
-    count = np.maximum(seen.sum(1), 1)[:, None]
-    model = np.where(seen[..., None], np.nan_to_num(shape), 0)
-    data = np.where(seen[..., None], points, 0)
-    model_mean, data_mean = model.sum(1) / count, data.sum(1) / count
-    model = np.where(seen[..., None], model - model_mean[:, None], 0)
-    data = np.where(seen[..., None], data - data_mean[:, None], 0)
-    rotation, size = _best_turns(np.einsum("fmi,fmj->fij", data, model))
-    translation = data_mean - np.einsum("fij,fj->fi", rotation, model_mean)
-    poor = (seen.sum(1) < MIN_FIT_POINTS) | (size[:, 1] < 1.0)  # mm^2: points in a line leave a turn about it open
-    rotation[poor], translation[poor] = np.nan, np.nan
-    return rotation, translation
-
-
-def weighted_fit(
-    shape: Float[np.ndarray, "markers 3"],
-    points: Float[np.ndarray, "frames markers 3"],
-    weight: Float[np.ndarray, "*frames markers"],
-) -> tuple[Float[np.ndarray, "frames 3 3"], Float[np.ndarray, "frames 3"], Float[np.ndarray, "frames"]]:
-    """Weighted rigid fit of a shape to the points seen, never a reflection.
-
-    Returns rotation, translation (mm), and how far the matched points spread across their longest direction (RMS, mm):
-    0 for points in a line, around which the rotation is arbitrary.
-    """
-    seen = is_seen(points)
-    points = np.where(seen[..., None], points, 0.0)
-    share = np.where(seen, weight, 0.0)
-    share = share / np.maximum(share.sum(1, keepdims=True), np.finfo(float).tiny)
-    model_mean, data_mean = share @ shape, np.einsum("fm,fmi->fi", share, points)
-    model, data = shape - model_mean[:, None], points - data_mean[:, None]
-    rotation, size = _best_turns(np.einsum("fm,fmi,fmj->fij", share, data, model))
-    return rotation, data_mean - np.einsum("fij,fj->fi", rotation, model_mean), np.sqrt(size[:, 1])
-
-
-def _best_turns(
-    covariance: Float[np.ndarray, "frames 3 3"],
-) -> tuple[Float[np.ndarray, "frames 3 3"], Float[np.ndarray, "frames 3"]]:
-    """The rotations that take a model best to data, never reflections, and the singular values of their covariance."""
-    u, size, vt = np.linalg.svd(covariance)
-    flip = np.ones((len(covariance), 3))
-    flip[:, 2] = np.sign(np.linalg.det(u @ vt))
-    return np.einsum("fij,fj,fjk->fik", u, flip, vt), size
 
 
 def mean_shape(
@@ -82,10 +31,10 @@ def mean_shape(
     frames = np.flatnonzero(seen.sum(1) >= MIN_FIT_POINTS)
     if not len(frames):
         return _from_distances(distances)
-    points = points[frames[np.linspace(0, len(frames) - 1, min(len(frames), MAX_SHAPE_FRAMES)).astype(int)]]
+    points = points[frames[evenly_spaced(len(frames), MAX_SHAPE_FRAMES)]]
     shape = points[int(np.argmax(is_seen(points).sum(1)))].copy()
     for _ in range(ROUNDS):
-        rotation, translation = fit(shape, points)
+        rotation, translation = rigid_fit(shape, points)
         here = np.einsum("fji,fmj->fmi", rotation, points - translation[:, None])
         seen = is_seen(here)
         found = seen.any(0)
@@ -117,19 +66,19 @@ def _from_distances(distances: Float[np.ndarray, "markers markers"]) -> Float[np
 def with_distances(
     shape: Float[np.ndarray, "markers 3"],
     distances: Float[np.ndarray, "markers markers"],
-    softness: Float[np.ndarray, "markers markers"],
+    distance_sd: Float[np.ndarray, "markers markers"],
 ) -> Float[np.ndarray, "markers 3"]:
     """A shape near `shape` that keeps the mean distances, the most rigid first (all mm).
 
     The mean place of a marker that turns about another lies between the two, so a mean shape of loose markers is
-    smaller than any that was ever seen. Least squares of the distances, weighted by 1 / softness^2, by majorisation.
+    smaller than any that was ever seen. Least squares of the distances, weighted by 1 / distance_sd^2, by majorisation.
     """
-    weight = np.where(np.isfinite(distances), 1 / softness**2, 0)
+    weight = np.where(np.isfinite(distances), 1 / distance_sd**2, 0)
     np.fill_diagonal(weight, 0)
     wanted = np.nan_to_num(distances)
     pull = np.linalg.pinv(np.diag(weight.sum(1)) - weight)
     for _ in range(DISTANCE_ROUNDS):
-        now = np.linalg.norm(shape[:, None] - shape, axis=-1)
+        now = pair_distances(shape)
         ratio = weight * wanted / np.where(now > 0, now, np.inf)
         shape = pull @ (np.diag(ratio.sum(1)) - ratio) @ shape
     return shape

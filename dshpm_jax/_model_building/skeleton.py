@@ -2,7 +2,7 @@
 
 A subject file shows no motion. So we let it move: poses drawn at random within what its joints allow make a clip of the
 markers, from which a model is built as from any recording. Markers of one bone then keep their distances to within
-their own softness, and those across a joint vary as far as that joint turns them.
+their own variance, and those across a joint vary as far as that joint turns them.
 """
 
 from collections.abc import Sequence

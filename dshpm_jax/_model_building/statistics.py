@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
-from dshpm_jax._trajectories import is_seen
+from dshpm_jax._geometry import evenly_spaced, is_seen
 
 MAX_FRAMES = 1000
 """Frames taken from one recording, evenly spaced: more say nothing new about a distance."""
@@ -25,7 +25,7 @@ LIVELY_MM = 40.0
 
 
 @dataclass(frozen=True, eq=False)
-class PairStatistics:
+class DistanceStatistics:
     """Pair distances in millimetres, NaN for pairs never seen together; symmetric, the diagonal is zero.
 
     `evidence` says how much of the motion a pair has seen: 1 if it was there all the time in the liveliest recording,
@@ -34,15 +34,14 @@ class PairStatistics:
 
     mean: Float[np.ndarray, "markers markers"]
     spread: Float[np.ndarray, "markers markers"]
-    low: Float[np.ndarray, "markers markers"]
-    high: Float[np.ndarray, "markers markers"]
-    frames: Int[np.ndarray, "markers markers"]
     evidence: Float[np.ndarray, "markers markers"]
     seconds: Float[np.ndarray, "markers markers"]
 
 
-def pair_statistics(clips: Sequence[Float[np.ndarray, "frames markers 3"]], rates: Sequence[float]) -> PairStatistics:
-    """Mean, spread and range of all pair distances, pooled over recordings.
+def pair_statistics(
+    clips: Sequence[Float[np.ndarray, "frames markers 3"]], rates: Sequence[float]
+) -> DistanceStatistics:
+    """Mean and spread of all pair distances, pooled over recordings.
 
     A recording counts by how much it moves, so the spread is that of motion; where recordings disagree about a mean
     (a marker was moved between them), the disagreement is part of the spread.
@@ -54,7 +53,7 @@ def pair_statistics(clips: Sequence[Float[np.ndarray, "frames markers 3"]], rate
     markers = clips[0].shape[1]
     rows, columns = np.triu_indices(markers, 1)
     parts = [_one_recording(clip, rows, columns) for clip in clips]
-    count, mean, variance, low, high = (np.stack(values) for values in zip(*parts))
+    count, mean, variance = (np.stack(values) for values in zip(*parts))
     moved = _typical_spread(variance)
     lively = np.maximum(moved / max(moved.max(), 1e-9), STILL_WEIGHT)
     weight = lively[:, None] * count / (count + FEW_FRAMES)
@@ -63,33 +62,26 @@ def pair_statistics(clips: Sequence[Float[np.ndarray, "frames markers 3"]], rate
     pooled = np.where(seen, (weight * np.where(count > 0, mean, 0)).sum(0) / total, np.nan)
     around = np.where(count > 0, variance + (mean - pooled) ** 2, 0)
     spread = np.where(seen, np.sqrt((weight * around).sum(0) / total), np.nan)
-    low = np.where(seen, np.where(count > 0, low, np.inf).min(0), np.nan)
-    high = np.where(seen, np.where(count > 0, high, -np.inf).max(0), np.nan)
 
     def square(values: np.ndarray, diagonal: float) -> np.ndarray:
         full = np.full((markers, markers), diagonal, dtype=values.dtype)
         full[rows, columns] = full[columns, rows] = values
         return full
 
-    frames = square(count.sum(0), 0)
-    np.fill_diagonal(frames, sum(is_seen(clip).sum(0) for clip in clips))
     seconds = (count / np.asarray(rates)[:, None] * np.minimum(moved / LIVELY_MM, 1)[:, None]).sum(0)
-    return PairStatistics(
+    return DistanceStatistics(
         mean=square(pooled, 0.0),
         spread=square(spread, 0.0),
-        low=square(low, 0.0),
-        high=square(high, 0.0),
-        frames=frames,
         evidence=square(np.minimum(weight.sum(0), 1.0), 1.0),
         seconds=square(seconds, 0.0),
     )
 
 
 def _one_recording(clip: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Common frames, trimmed mean, trimmed variance, low and high of each pair in one recording."""
-    seen = np.isfinite(clip.sum(-1))
+    """Common frames, trimmed mean and trimmed variance of each pair in one recording."""
+    seen = is_seen(clip)
     together = (seen[:, rows] & seen[:, columns]).sum(0)
-    clip = clip[_even(len(clip))]
+    clip = clip[evenly_spaced(len(clip), MAX_FRAMES, rounded=True)]
     distance = np.sort(np.linalg.norm(clip[:, rows] - clip[:, columns], axis=-1), axis=0)  # NaN last
     count = np.isfinite(distance).sum(0)
     cut = (TRIM * count).astype(int)
@@ -99,13 +91,7 @@ def _one_recording(clip: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> t
     values = np.where(kept, distance, 0)
     mean = values.sum(0) / n
     variance = (np.where(kept, distance - mean, 0) ** 2).sum(0) / n
-    low = np.where(kept, distance, np.inf).min(0)
-    high = np.where(kept, distance, -np.inf).max(0)
-    return np.where(count > 0, together, 0), mean, variance, low, high
-
-
-def _even(frames: int) -> np.ndarray:
-    return np.unique(np.linspace(0, frames - 1, min(frames, MAX_FRAMES)).round().astype(int))
+    return np.where(count > 0, together, 0), mean, variance
 
 
 def _typical_spread(variance: Float[np.ndarray, "recordings pairs"]) -> Float[np.ndarray, "recordings"]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from dshpm_jax._model_building.body_parts import parts_of
+from dshpm_jax._model_building.body_parts import parts_of_each
 
 BY_NAMES = "body-parts"
 """The template that reads any family of names that `body_parts` knows."""
@@ -64,7 +64,7 @@ def by_template(names: Sequence[str], template: str) -> dict[str, list[int]]:
 def by_names(names: Sequence[str]) -> dict[str, list[int]]:
     """The markers whose names say each part of the body; a marker at a joint is in both."""
     found: dict[str, list[int]] = {}
-    for i, name in enumerate(names):
-        for part in sorted(parts_of(name)):
+    for i, parts in enumerate(parts_of_each(names)):
+        for part in sorted(parts):
             found.setdefault(part, []).append(i)
     return found

@@ -16,11 +16,11 @@ import numpy as np
 import optimistix
 from jaxtyping import Array, Bool, Float
 
+from dshpm_jax._geometry import is_seen
 from dshpm_jax._hierarchy import depth_first
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._reconstruction.interpolation import Between
-from dshpm_jax._reconstruction.rigid import Poses, softness
-from dshpm_jax._trajectories import is_seen
+from dshpm_jax._reconstruction.rigid import SegmentPoses, marker_sd
 from dshpm_jax._types import NO_MATCH, NO_PARENT
 
 MIN_TIES = 2
@@ -30,8 +30,8 @@ TURNS = 3
 """Rounds over the tree after the first; poses settle to some tenths of a millimetre."""
 
 LIMIT = 3.0
-"""From so many softnesses on, a marker pulls hardly more the further away it is (pseudo-Huber): a wrong one does little
-harm, and a right one is still found from a guess far off."""
+"""From this number of standard deviations on, a marker pulls hardly more the further away it is (pseudo-Huber): a wrong
+one does little harm, and a right one is still found from a guess far off."""
 
 MIN_JOINT_MM = 3.0
 """No joint is stiffer than this."""
@@ -46,7 +46,7 @@ MAX_STEPS = 32
 LANES, TIES = 256, 16  # problems in one call; ties of each are padded to a multiple of so many
 
 
-class Problems(NamedTuple):
+class PoseProblems(NamedTuple):
     """Bodies near where they are guessed to be, tied to places in the world; lengths are mm.
 
     Attributes:
@@ -77,7 +77,7 @@ class Tie(NamedTuple):
     marker: int
     neighbour: int
     there: Float[np.ndarray, "3"]
-    softness: float
+    sd: float
 
 
 def fit_articulated(
@@ -86,12 +86,12 @@ def fit_articulated(
     measured: Bool[np.ndarray, "frames segments"],
     way: Between,
     rate: float,
-) -> tuple[Poses, Bool[np.ndarray, "frames segments"]]:
+) -> tuple[SegmentPoses, Bool[np.ndarray, "frames segments"]]:
     """Poses where segments are not `measured` but tied well enough, and which these are.
 
     Segments that have a pose in no frame at all have nothing to start from and stay without.
     """
-    poses = Poses(way.poses.rotations.copy(), way.poses.translations.copy())
+    poses = SegmentPoses(way.poses.rotations.copy(), way.poses.translations.copy())
     turn = TURN + TURN_A_SECOND * np.minimum(way.distance, 1e6) / rate
     stiffness = np.stack(np.broadcast_arrays(1 / turn, 1 / SHIFT_MM), axis=-1)
     ties = [list(_ties(model, s)) for s in range(len(model.segments))]
@@ -103,7 +103,7 @@ def fit_articulated(
         lanes = [(s, np.flatnonzero(wanted[:, s])) for s in segments if wanted[:, s].any()]
         made = [_problems(ties[s], points, poses, known, guess, stiffness, s, frames, most) for s, frames in lanes]
         if made:
-            rotation, translation = solve(Problems(*(np.concatenate(field) for field in zip(*made))))
+            rotation, translation = solve(PoseProblems(*(np.concatenate(field) for field in zip(*made))))
             at_frame = np.concatenate([frames for _, frames in lanes])
             at_segment = np.repeat([s for s, _ in lanes], [len(frames) for _, frames in lanes])
             poses.rotations[at_frame, at_segment] = rotation
@@ -134,9 +134,9 @@ def _sides(model: SubjectModel) -> tuple[list[int], list[int]]:
 def _ties(model: SubjectModel, segment: int) -> Iterator[Tie]:
     """The markers of a segment, and its joints with its parent and its children."""
     own = model.segments[segment]
-    soft = dict(zip(own.markers, softness(model, own.markers)))
+    sd = dict(zip(own.markers, marker_sd(model, own.markers)))
     for marker, place in zip(own.markers, own.shape):
-        yield Tie(place, marker, NO_MATCH, place, soft[marker])
+        yield Tie(place, marker, NO_MATCH, place, sd[marker])
     for child, below in enumerate(model.segments):
         if below.parent == NO_PARENT or segment not in (child, below.parent):
             continue
@@ -149,7 +149,7 @@ def _ties(model: SubjectModel, segment: int) -> Iterator[Tie]:
         for marker in below.join:
             places = (above.shape[above.markers.index(marker)], below.shape[below.markers.index(marker)])
             here, there = places[::-1] if segment == child else places
-            yield Tie(here, marker, neighbour, there, soft[marker])
+            yield Tie(here, marker, neighbour, there, sd[marker])
 
 
 def _tied(ties: list[list[Tie]], points: np.ndarray, known: np.ndarray) -> Bool[np.ndarray, "frames segments"]:
@@ -165,14 +165,14 @@ def _tied(ties: list[list[Tie]], points: np.ndarray, known: np.ndarray) -> Bool[
 def _problems(
     ties: list[Tie],
     points: np.ndarray,
-    poses: Poses,
+    poses: SegmentPoses,
     known: np.ndarray,
-    guess: Poses,
+    guess: SegmentPoses,
     stiffness: np.ndarray,
     segment: int,
     frames: np.ndarray,
     most: int,
-) -> Problems:
+) -> PoseProblems:
     """One problem for each of some frames of a segment, padded to `most` ties."""
     there, weight = np.zeros((len(frames), most, 3)), np.zeros((len(frames), most))
     here, robust = np.zeros((most, 3)), np.zeros(most)
@@ -185,8 +185,8 @@ def _problems(
         else:
             place = poses.place(tie.neighbour, tie.there, frames)
             holds = known[frames, tie.neighbour] & ~seen  # a marker that is seen holds both by itself
-        there[holds, k], weight[holds, k] = place[holds], 1 / tie.softness
-    return Problems(
+        there[holds, k], weight[holds, k] = place[holds], 1 / tie.sd
+    return PoseProblems(
         guess.rotations[frames, segment],
         guess.translations[frames, segment],
         stiffness[frames, segment],
@@ -197,7 +197,7 @@ def _problems(
     )
 
 
-def solve(problems: Problems) -> tuple[Float[np.ndarray, "lanes 3 3"], Float[np.ndarray, "lanes 3"]]:
+def solve(problems: PoseProblems) -> tuple[Float[np.ndarray, "lanes 3 3"], Float[np.ndarray, "lanes 3"]]:
     """The rotation and translation (mm) of each body that its ties and its guess make likeliest.
 
     Solved near the origin in float32, `LANES` at a time.
@@ -208,7 +208,7 @@ def solve(problems: Problems) -> tuple[Float[np.ndarray, "lanes 3 3"], Float[np.
     solver, found = _solver(), []
     for first in range(0, lanes, LANES):
         rows = np.arange(first, first + LANES) % lanes  # the last call starts again rather than compile another size
-        rotation, translation = solver(Problems(*(x[rows].astype(np.float32) for x in near)))
+        rotation, translation = solver(PoseProblems(*(x[rows].astype(np.float32) for x in near)))
         found.append((np.asarray(rotation, np.float64), np.asarray(translation, np.float64)))
     rotation, translation = (np.concatenate(parts)[:lanes] for parts in zip(*found))
     return rotation, translation + centre
@@ -219,7 +219,7 @@ def _solver():
     return eqx.filter_jit(jax.vmap(_solve_one))
 
 
-def _solve_one(problem: Problems) -> tuple[Float[Array, "3 3"], Float[Array, "3"]]:
+def _solve_one(problem: PoseProblems) -> tuple[Float[Array, "3 3"], Float[Array, "3"]]:
     solver = optimistix.LevenbergMarquardt(rtol=1e-2, atol=0.05)
     start = jnp.zeros(6, jnp.float32)
     # The last step of one that does not settle is still better than its guess, so nothing is thrown.
@@ -227,7 +227,7 @@ def _solve_one(problem: Problems) -> tuple[Float[Array, "3 3"], Float[Array, "3"
     return _moved(problem, solution.value)
 
 
-def _moved(problem: Problems, step: Float[Array, "6"]) -> tuple[Float[Array, "3 3"], Float[Array, "3"]]:
+def _moved(problem: PoseProblems, step: Float[Array, "6"]) -> tuple[Float[Array, "3 3"], Float[Array, "3"]]:
     """The pose after a turn (about an axis, times the lever) and a shift."""
     return _rotation(step[:3] / LEVER_MM) @ problem.rotation, jnp.asarray(problem.translation) + step[3:]
 
@@ -239,7 +239,7 @@ def _rotation(vector: Float[Array, "3"]) -> Float[Array, "3 3"]:
     return jnp.eye(3, dtype=vector.dtype) + 2.0 / (1.0 + x * x + y * y + z * z) * (cross + cross @ cross)
 
 
-def _residuals(step: Float[Array, "6"], problem: Problems) -> tuple[Float[Array, "ties 3"], Float[Array, "2 3"]]:
+def _residuals(step: Float[Array, "6"], problem: PoseProblems) -> tuple[Float[Array, "ties 3"], Float[Array, "2 3"]]:
     rotation, translation = _moved(problem, step)
     apart = (jnp.asarray(problem.here) @ rotation.T + translation[None] - problem.there) * problem.weight[:, None]
     excess = problem.robust * jnp.sum(apart**2, axis=1) / LIMIT**2

@@ -7,11 +7,10 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy.interpolate import CubicSpline
 
+from dshpm_jax._geometry import is_seen, runs, weighted_rigid_fit
 from dshpm_jax._model import SubjectModel
-from dshpm_jax._model_building.shapes import weighted_fit
-from dshpm_jax._reconstruction.rigid import MIN_PLANE_SPREAD_MM, Poses
+from dshpm_jax._reconstruction.rigid import MIN_PLANE_SPREAD_MM, SegmentPoses
 from dshpm_jax._recording import Recording
-from dshpm_jax._trajectories import is_seen, runs
 from dshpm_jax._types import MIN_FIT_POINTS
 
 CONTEXT_SECONDS, MIN_CONTEXT = 0.04, 3
@@ -58,7 +57,7 @@ def _marker_columns(recording: Recording, model: SubjectModel) -> dict[int, int]
     return {m: recording.labels.index(name) for m, name in enumerate(model.markers) if name in recording.labels}
 
 
-def fill(recording: Recording, model: SubjectModel, poses: Poses, max_seconds: float | None = None) -> Filled:
+def fill(recording: Recording, model: SubjectModel, poses: SegmentPoses, max_seconds: float | None = None) -> Filled:
     """Fills what `poses` and the markers around allow; see `Motion.filled`."""
     longest = recording.num_frames if max_seconds is None else max_seconds * recording.rate
     points, seen = np.array(recording.points, np.float64), recording.present
@@ -74,7 +73,7 @@ def fill(recording: Recording, model: SubjectModel, poses: Poses, max_seconds: f
 
 
 def _path(
-    model: SubjectModel, measured: np.ndarray, poses: Poses, rate: float, marker: int, start: int, stop: int
+    model: SubjectModel, measured: np.ndarray, poses: SegmentPoses, rate: float, marker: int, start: int, stop: int
 ) -> Float[np.ndarray, "gap 3"]:
     """Where a marker was in a gap (mm), NaN where nothing says so."""
     context = max(MIN_CONTEXT, round(CONTEXT_SECONDS * rate))
@@ -107,11 +106,13 @@ def _neighbours(model: SubjectModel, window: Float[np.ndarray, "frames markers 3
     if len(there) < MIN_FIT_POINTS:
         return None
     others = window[:, [near.markers[k] for k in there]]
-    rotation, translation, spread = weighted_fit(near.shape[there], others, 1 / near.softness[there] ** 2)
+    rotation, translation, spread = weighted_rigid_fit(near.shape[there], others, 1 / near.distance_sd[there] ** 2)
     return _Body(rotation, translation, near.shape[-1]) if spread.min() >= MIN_PLANE_SPREAD_MM else None
 
 
-def _segment(model: SubjectModel, poses: Poses, measured: np.ndarray, window: slice, marker: int) -> _Body | None:
+def _segment(
+    model: SubjectModel, poses: SegmentPoses, measured: np.ndarray, window: slice, marker: int
+) -> _Body | None:
     """The segment of the marker that has a pose in most frames, of several the one of which most is seen."""
     best, most = None, (0, 0)
     for s, segment in enumerate(model.segments):

@@ -6,8 +6,9 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy.spatial.transform import Rotation
 
-from dshpm_jax._hierarchy import Segment, depth_first
-from dshpm_jax._reconstruction.rigid import Poses
+from dshpm_jax._hierarchy import depth_first
+from dshpm_jax._model import Segment
+from dshpm_jax._reconstruction.rigid import SegmentPoses
 from dshpm_jax._types import NO_PARENT
 
 
@@ -20,13 +21,13 @@ class Between(NamedTuple):
         gap: frames from the pose before to the pose after, infinite where one of them is not there.
     """
 
-    poses: Poses
+    poses: SegmentPoses
     distance: Float[np.ndarray, "frames segments"]
     gap: Float[np.ndarray, "frames segments"]
 
 
 def interpolate(
-    segments: tuple[Segment, ...], poses: Poses, given: Bool[np.ndarray, "frames segments"], bridged: float
+    segments: tuple[Segment, ...], poses: SegmentPoses, given: Bool[np.ndarray, "frames segments"], bridged: float
 ) -> Between:
     """Poses in all frames, parents first, each turned evenly relative to its parent from one given pose to the next.
 
@@ -34,7 +35,7 @@ def interpolate(
     so is a gap of up to `bridged` frames where the parent itself is in a longer one: where it then is nobody knows.
     """
     rotations, translations = (np.where(np.isfinite(x), x, np.nan) for x in poses)
-    whole = Poses(rotations, translations)
+    whole = SegmentPoses(rotations, translations)
     distance, gap = np.full((2, *given.shape), np.inf)
     for s in depth_first(segments):
         at = np.flatnonzero(given[:, s])
@@ -60,7 +61,9 @@ def interpolate(
     return Between(whole, distance, gap)
 
 
-def _from_to(segment: Segment, whole: Poses, s: int, before, after, share, free) -> tuple[np.ndarray, np.ndarray]:
+def _from_to(
+    segment: Segment, whole: SegmentPoses, s: int, before, after, share, free
+) -> tuple[np.ndarray, np.ndarray]:
     """Poses of a segment in the frames `free`, each `share` of the way from frame `before` to frame `after`."""
     rotations, translations = whole
     parent = segment.parent
@@ -77,7 +80,7 @@ def _from_to(segment: Segment, whole: Poses, s: int, before, after, share, free)
     return turned, origin[free] + np.einsum("fij,fj->fi", base[free], between)
 
 
-def _in_the_world(whole: Poses, s: int, before, after, share) -> tuple[np.ndarray, np.ndarray]:
+def _in_the_world(whole: SegmentPoses, s: int, before, after, share) -> tuple[np.ndarray, np.ndarray]:
     """Poses of a segment `share` of the way from frame `before` to frame `after`, whatever its parent does."""
     rotations, translations = whole.rotations[:, s], whole.translations[:, s]
     moved = translations[before] + share[:, None] * (translations[after] - translations[before])

@@ -8,7 +8,7 @@ from jaxtyping import Float, Int
 
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._reconstruction.filling import Filled, fill
-from dshpm_jax._reconstruction.rigid import Poses
+from dshpm_jax._reconstruction.rigid import SegmentPoses
 from dshpm_jax._recording import Recording
 
 
@@ -59,4 +59,4 @@ class Motion:
         Arguments:
             max_seconds: leave longer gaps open; by default none is too long.
         """
-        return fill(self.recording, self.model, Poses(self.rotations, self.translations), max_seconds)
+        return fill(self.recording, self.model, SegmentPoses(self.rotations, self.translations), max_seconds)

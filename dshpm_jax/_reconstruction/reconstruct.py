@@ -3,14 +3,14 @@
 import numpy as np
 from jaxtyping import Float
 
+from dshpm_jax._geometry import is_seen
 from dshpm_jax._labelling import Labelling
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._reconstruction.filling import marker_points
 from dshpm_jax._reconstruction.interpolation import interpolate
 from dshpm_jax._reconstruction.motion import Found, Motion
-from dshpm_jax._reconstruction.rigid import Poses, rigid_poses
+from dshpm_jax._reconstruction.rigid import SegmentPoses, rigid_poses
 from dshpm_jax._recording import Recording
-from dshpm_jax._trajectories import is_seen
 from dshpm_jax._types import NO_PARENT
 
 BRIDGED_SECONDS = 1.0
@@ -63,7 +63,7 @@ def _named(labelled: Labelling | Recording, model: SubjectModel | None) -> tuple
     return labelled, model
 
 
-def _joins(model: SubjectModel, poses: Poses) -> Float[np.ndarray, "frames segments 3"]:
+def _joins(model: SubjectModel, poses: SegmentPoses) -> Float[np.ndarray, "frames segments 3"]:
     """The mean of where the parent and the segment itself have each joint, or what one of them says."""
     joins = np.full(poses.translations.shape, np.nan)
     for s, segment in enumerate(model.segments):
@@ -78,13 +78,13 @@ def _joins(model: SubjectModel, poses: Poses) -> Float[np.ndarray, "frames segme
         else:
             continue
         both = np.stack([poses.place(segment.parent, in_parent), poses.place(s, in_segment)])
-        known = np.isfinite(both).all(-1, keepdims=True)
+        known = is_seen(both)[..., None]
         total = np.where(known, both, 0.0).sum(0)
         joins[:, s] = np.where(known.any(0), total / np.maximum(known.sum(0), 1), np.nan)
     return joins
 
 
-def _residual(model: SubjectModel, points: np.ndarray, poses: Poses) -> Float[np.ndarray, "frames segments"]:
+def _residual(model: SubjectModel, points: np.ndarray, poses: SegmentPoses) -> Float[np.ndarray, "frames segments"]:
     found = np.full(poses.translations.shape[:2], np.nan)
     for s, segment in enumerate(model.segments):
         square = ((poses.place(s, segment.shape) - points[:, list(segment.markers)]) ** 2).sum(-1)

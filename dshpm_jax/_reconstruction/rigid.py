@@ -6,9 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from dshpm_jax._geometry import is_seen, weighted_rigid_fit
 from dshpm_jax._model import SubjectModel
-from dshpm_jax._model_building.shapes import weighted_fit
-from dshpm_jax._trajectories import is_seen
 from dshpm_jax._types import MIN_FIT_POINTS
 
 MIN_PLANE_SPREAD_MM = 5.0
@@ -18,11 +17,11 @@ NOISE_MM = 1.0
 """No marker counts for stiffer than this."""
 
 LIMITS = (12.0, 6.0, 3.0, 3.0)
-"""Rounds of reweighting: so many softnesses away a marker counts a quarter (Geman-McClure). The first bear a start that
-one wrong marker has spoilt."""
+"""Rounds of reweighting: this number of standard deviations away a marker counts a quarter (Geman-McClure). The first
+rounds bear a start that one wrong marker has spoilt."""
 
 
-class Poses(NamedTuple):
+class SegmentPoses(NamedTuple):
     """Segments in frames: rotations, translations (mm), NaN where there is none."""
 
     rotations: Float[np.ndarray, "frames segments 3 3"]
@@ -37,8 +36,8 @@ class Poses(NamedTuple):
         return turned + shift.reshape(len(shift), *(1,) * (turned.ndim - 2), 3)
 
 
-def softness(model: SubjectModel, markers: Sequence[int]) -> Float[np.ndarray, "segment_markers"]:
-    """How far each marker of a segment moves on it (mm), from the spreads of its distances to the others."""
+def marker_sd(model: SubjectModel, markers: Sequence[int]) -> Float[np.ndarray, "segment_markers"]:
+    """Standard deviation of each marker of a segment on it (mm), from the spreads of its distances to the others."""
     spread = model.pair_spread[np.ix_(markers, markers)]
     spread = np.where(np.eye(len(markers), dtype=bool), np.nan, spread)
     known = np.isfinite(spread).any(1)
@@ -47,25 +46,25 @@ def softness(model: SubjectModel, markers: Sequence[int]) -> Float[np.ndarray, "
     return np.maximum(found, NOISE_MM)
 
 
-def rigid_poses(model: SubjectModel, points: Float[np.ndarray, "frames markers 3"]) -> Poses:
+def rigid_poses(model: SubjectModel, points: Float[np.ndarray, "frames markers 3"]) -> SegmentPoses:
     """The robust fit of each segment to its markers, by iteratively reweighted least squares.
 
     NaN where a segment shows fewer than three markers, or all of them near a line.
     """
-    found = [_robust_fit(s.shape, points[:, list(s.markers)], softness(model, s.markers)) for s in model.segments]
-    return Poses(np.stack([r for r, _ in found], axis=1), np.stack([t for _, t in found], axis=1))
+    found = [_robust_fit(s.shape, points[:, list(s.markers)], marker_sd(model, s.markers)) for s in model.segments]
+    return SegmentPoses(np.stack([r for r, _ in found], axis=1), np.stack([t for _, t in found], axis=1))
 
 
-def _robust_fit(shape: np.ndarray, points: np.ndarray, soft: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _robust_fit(shape: np.ndarray, points: np.ndarray, sd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     rotation, translation = np.full((len(points), 3, 3), np.nan), np.full((len(points), 3), np.nan)
     enough = np.flatnonzero(is_seen(points).sum(1) >= MIN_FIT_POINTS)
     here = points[enough]
-    weight = np.broadcast_to(1 / soft**2, here.shape[:2])
-    turn, shift, spread = weighted_fit(shape, here, weight)
+    weight = np.broadcast_to(1 / sd**2, here.shape[:2])
+    turn, shift, spread = weighted_rigid_fit(shape, here, weight)
     for limit in LIMITS:
         error = np.linalg.norm(np.einsum("fij,mj->fmi", turn, shape) + shift[:, None] - here, axis=-1)
-        weight = 1 / (soft * (1 + (np.nan_to_num(error) / (limit * soft)) ** 2)) ** 2
-        turn, shift, spread = weighted_fit(shape, here, weight)
+        weight = 1 / (sd * (1 + (np.nan_to_num(error) / (limit * sd)) ** 2)) ** 2
+        turn, shift, spread = weighted_rigid_fit(shape, here, weight)
     posed = spread >= MIN_PLANE_SPREAD_MM
     rotation[enough[posed]], translation[enough[posed]] = turn[posed], shift[posed]
     return rotation, translation

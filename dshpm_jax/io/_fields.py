@@ -30,8 +30,8 @@ def decode(kind: Any, value: Any, place: str, sizes: Mapping[str, int]) -> Any:
     """The inverse of `encode`.
 
     Arguments:
-        kind: what the value is to be: a dataclass, a jaxtyping array, `tuple[X, ...]`, `dict[str, X]`, `X | None`,
-            or a plain type.
+        kind: what the value is to be: a dataclass, a jaxtyping array (of floats), `tuple[X, ...]`, `dict[str, X]`,
+            `X | None`, or a plain type.
         place: where in the file the value stands, for messages.
         sizes: lengths of the axes that are known; arrays must have them.
 
@@ -70,7 +70,6 @@ def _decode_dataclass(kind: type, value: Any, place: str, sizes: Mapping[str, in
 
 
 def _decode_array(kind: Any, value: Any, place: str, sizes: Mapping[str, int]) -> np.ndarray:
-    whole = "float32" not in kind.dtypes
     try:
         array = np.array(_expect(list, value, place), dtype=np.float64)  # None becomes NaN
     except (TypeError, ValueError):
@@ -81,11 +80,7 @@ def _decode_array(kind: Any, value: Any, place: str, sizes: Mapping[str, int]) -
         array = array.reshape([n or 0 for n in wanted])
     if array.ndim != len(axes) or any(n not in (None, m) for n, m in zip(wanted, array.shape, strict=True)):
         raise ValueError(f"{place} has the shape {array.shape}, expected {wanted}")
-    if whole and not (np.abs(array) < 2**53).all():  # NaN neither
-        raise ValueError(f"{place} holds something else than whole numbers")
-    if whole and not (array == array.round()).all():
-        raise ValueError(f"{place} holds something else than whole numbers")
-    return array.astype(np.int64) if whole else array
+    return array
 
 
 def _length(axis: str, sizes: Mapping[str, int]) -> int | None:

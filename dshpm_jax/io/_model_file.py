@@ -6,9 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from dshpm_jax._hierarchy import Segment, depth_first
-from dshpm_jax._model import SubjectModel
-from dshpm_jax._model_building import MAX_NEIGHBOURS
+from dshpm_jax._hierarchy import depth_first
+from dshpm_jax._model import MAX_NEIGHBOURS, Segment, SubjectModel
 from dshpm_jax._types import NO_PARENT
 from dshpm_jax.io._atomic import write_whole
 from dshpm_jax.io._errors import ReadError
@@ -17,7 +16,16 @@ from dshpm_jax.io._osim import read_osim
 from dshpm_jax.io._units import FARTHEST_MM
 from dshpm_jax.io._vsk import read_vsk
 
-FORMAT, VERSION = "dshpm-model", 1
+FORMAT, VERSION = "dshpm-model", 2
+"""Of what is written. Version 1 is read too (`_from_version_1`); a program that knows only version 1 refuses version 2
+and says that the model is to be made again."""
+
+DROPPED = ("pair_low", "pair_high", "pair_frames")
+"""Tables of version 1 that nothing read."""
+
+RENAMED = {"softness": "distance_sd", "spread": "marker_sd"}
+"""Entries of a neighbourhood in version 1, and what they are called now."""
+
 SUBJECT_FILES = {".vsk": read_vsk, ".osim": read_osim}
 """Endings of files in which other programs keep a subject, and what reads them."""
 
@@ -57,14 +65,28 @@ def read_model(path: str | Path) -> SubjectModel:
         raise ReadError(path, what, "make it again with 'dshpm-jax model'") from None
     if not isinstance(found, dict) or found.pop("format", None) != FORMAT:
         raise ReadError(path, "this is no marker model", "make one with 'dshpm-jax model'")
-    if (version := found.pop("version", None)) != VERSION:
-        raise ReadError(path, f"has version {version}, this program knows {VERSION}", "make it again")
+    if (version := found.pop("version", None)) not in (1, VERSION):
+        raise ReadError(path, f"has version {version}, this program knows 1 and {VERSION}", "make it again")
+    if version == 1:
+        _from_version_1(found)
     try:
         model = decode(SubjectModel, found, "the model", {})
         _check(model)
     except ValueError as error:
         raise ReadError(path, str(error), _REMEDY) from None
     return model
+
+
+def _from_version_1(found: dict[str, Any]) -> None:
+    """Brings the entries of a file of version 1 into those of today; what is damaged stays so, to be told."""
+    for name in DROPPED:
+        found.pop(name, None)
+    whole = found.get("neighbourhoods")
+    for near in whole if isinstance(whole, list) else []:
+        if isinstance(near, dict):
+            for old, new in RENAMED.items():
+                if old in near:
+                    near[new] = near.pop(old)
 
 
 def _from_subject_file(path: Path) -> SubjectModel:
@@ -105,7 +127,7 @@ def _check(model: SubjectModel) -> None:
     if len(set(model.markers)) < len(model.markers):
         twice = next(name for name in model.markers if model.markers.count(name) > 1)
         raise ValueError(f"the model has two markers with the name '{twice}'")
-    for name in ("pair_mean", "pair_spread", "pair_low", "pair_high", "pair_frames"):
+    for name in ("pair_mean", "pair_spread"):
         table = getattr(model, name)
         if not np.array_equal(table, table.T, equal_nan=True):
             raise ValueError(f"the model.{name} is not symmetric")
@@ -121,9 +143,9 @@ def _check(model: SubjectModel) -> None:
             raise ValueError(f"the model.neighbourhoods[{m}] names a marker that is none of the others")
         if len(near.markers) > MAX_NEIGHBOURS:
             raise ValueError(f"the model.neighbourhoods[{m}] has {len(near.markers)} markers, at most {MAX_NEIGHBOURS}")
-        if not (np.isfinite(near.shape).all() and (near.softness >= LEAST).all() and near.spread >= LEAST):
+        if not (np.isfinite(near.shape).all() and (near.distance_sd >= LEAST).all() and near.marker_sd >= LEAST):
             raise ValueError(f"the model.neighbourhoods[{m}] holds missing or negative numbers")
-        _check_lengths(np.r_[near.shape.ravel(), near.softness, near.spread], f"the model.neighbourhoods[{m}]")
+        _check_lengths(np.r_[near.shape.ravel(), near.distance_sd, near.marker_sd], f"the model.neighbourhoods[{m}]")
     if len(depth_first(model.segments)) < len(model.segments):
         raise ValueError("the parents of the segments form a circle")
     if lost := set(range(model.num_markers)) - {m for segment in model.segments for m in segment.markers}:

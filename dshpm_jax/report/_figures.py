@@ -9,9 +9,11 @@ from jaxtyping import Bool, Float, Int
 from scipy.spatial import ConvexHull, QhullError
 from scipy.spatial.distance import cdist
 
-from dshpm_jax._hierarchy import Segment, depth_first
+from dshpm_jax._geometry import evenly_inside, is_seen
+from dshpm_jax._hierarchy import depth_first
 from dshpm_jax._labelling import Labelling
-from dshpm_jax._trajectories import by_marker, is_seen
+from dshpm_jax._model import Segment
+from dshpm_jax._trajectories import by_marker
 from dshpm_jax._types import NO_MATCH
 from dshpm_jax.report._looks import COLOURS, shortest_tree, upward
 
@@ -83,7 +85,7 @@ def _frames(labelling: Labelling, frames: Sequence[int] | None) -> list[int]:
     """The frames to show, checked or chosen."""
     count = labelling.recording.num_frames
     if frames is None:
-        return sorted({int(t) for t in np.linspace(0, count - 1, FIGURES + 2)[1:-1].round()}) if count else []
+        return evenly_inside(count, FIGURES).tolist()
     if any(not 0 <= t < count for t in frames):
         raise ValueError(f"got the frames {list(frames)}: the recording has frames 0 to {count - 1}")
     return list(frames)

@@ -7,9 +7,11 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from dshpm_jax._hierarchy import Segment, depth_first
+from dshpm_jax._geometry import evenly_spaced, is_seen, pair_distances
+from dshpm_jax._hierarchy import depth_first
+from dshpm_jax._model import Segment
 from dshpm_jax._recording import Recording
-from dshpm_jax._trajectories import from_columns, is_seen
+from dshpm_jax._trajectories import from_columns
 from dshpm_jax._types import NO_MATCH
 from dshpm_jax.io import ReadError
 from dshpm_jax.report._looks import shortest_tree
@@ -120,7 +122,7 @@ def _places_of(sidecar: Mapping[str, Any], recording: Recording, place: Mapping[
 
 def _links(points: Float[np.ndarray, "frames markers 3"], parts: Sequence[Part]) -> list[tuple[int, int, int]]:
     """Within each part the shortest tree; without parts a tree of the nearest and most rigid pairs of all markers."""
-    sample = points[np.linspace(0, len(points) - 1, min(len(points), SAMPLED_FRAMES)).astype(int)]
+    sample = points[evenly_spaced(len(points), SAMPLED_FRAMES)]
     if parts:
         found = []
         for p, part in enumerate(parts):
@@ -137,7 +139,7 @@ def _distances(points: Float[np.ndarray, "frames n 3"]) -> tuple[Float[np.ndarra
     count = both.T.astype(float) @ both
     mean, square = np.zeros(count.shape), np.zeros(count.shape)
     for frame in np.where(both[..., None], points, np.nan):
-        distance = np.nan_to_num(np.linalg.norm(frame[:, None] - frame[None], axis=-1))
+        distance = np.nan_to_num(pair_distances(frame))
         mean, square = mean + distance, square + distance**2
     mean, square = mean / np.maximum(count, 1), square / np.maximum(count, 1)
     seen = count > 0

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from dshpm_jax._trajectories import is_seen
+from dshpm_jax._geometry import evenly_spaced, is_seen
 from dshpm_jax.report._film import Film
 from dshpm_jax.report._looks import COLOURS, upward
 
@@ -54,7 +54,7 @@ def player_data(film: Film, name: str) -> dict[str, Any]:
 
 def _up_last(figure: Float[np.ndarray, "frames markers 3"]) -> list[int]:
     """The order of the axes in which the one that points up comes last, none mirrored."""
-    clouds = [frame[is_seen(frame)] for frame in figure[_spread(len(figure))]]
+    clouds = [frame[is_seen(frame)] for frame in figure[evenly_spaced(len(figure), SAMPLED_FRAMES)]]
     up = int(np.argmax(upward([cloud for cloud in clouds if len(cloud)])))
     return [(up + 1) % 3, (up + 2) % 3, up]
 
@@ -72,7 +72,7 @@ def _camera(figure: Float[np.ndarray, "frames markers 3"], rate: float) -> Float
 
 def _yaw(figure: Float[np.ndarray, "frames markers 3"], camera: Float[np.ndarray, "frames 3"]) -> float:
     """The turn about the vertical (radians) that shows the figure from its broad side, a little from aside."""
-    frames = _spread(len(figure))
+    frames = evenly_spaced(len(figure), SAMPLED_FRAMES)
     around = (figure - camera[:, None])[frames][is_seen(figure[frames])][:, :2]
     _, axes = np.linalg.eigh(around.T @ around)
     wide = axes[:, 1] * np.sign(axes[0, 1] or 1)
@@ -91,7 +91,3 @@ def _packed(points: Float[np.ndarray, "frames columns 3"]) -> tuple[str, float, 
     steps = np.full(points.shape, MISSING, dtype="<i2")
     steps[seen] = np.clip(np.round((places - centre) / step), -STEPS, STEPS)
     return base64.b64encode(steps.tobytes()).decode(), step, centre.tolist()
-
-
-def _spread(frames: int) -> np.ndarray:
-    return np.linspace(0, frames - 1, min(frames, SAMPLED_FRAMES)).astype(int)

@@ -28,7 +28,7 @@ RESTLESSNESS = {  # standard deviation of what joints do beside the activity (de
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class Movement:
     """Joint angles and the way of the whole body.
 
     Attributes:
@@ -62,7 +62,7 @@ WALKING = Gait(0.92, 1250.0, 2.0, (9, 21), (5, 12, 52), (-5, 11, -19), (2, 19, 1
 RUNNING = Gait(1.35, 3000.0, 3.5, (15, 30), (14, 24, 74), (4, 18, -24), (-8, 34, 17), (82, 14), 9, 70.0)
 
 
-def activity(name: str, seconds: Float[np.ndarray, "frames"], rate: float, rng: np.random.Generator) -> Motion:
+def activity(name: str, seconds: Float[np.ndarray, "frames"], rate: float, rng: np.random.Generator) -> Movement:
     """The motion of the activity `name` at the times `seconds`."""
     if name == "walking":
         return _restless(_gait(WALKING, seconds, rate, rng), seconds, rng, 0.7)
@@ -75,25 +75,25 @@ def activity(name: str, seconds: Float[np.ndarray, "frames"], rate: float, rng: 
     raise ValueError(f"unknown activity {name!r}: choose standing, walking, running or freeform")
 
 
-def _still(frames: int) -> Motion:
+def _still(frames: int) -> Movement:
     """Standing with the arms a little away from the body, to be filled in by a movement."""
     angles = np.zeros((frames, len(SEGMENTS), 3))
     for side, _ in SIDES:
         angles[:, INDEX[f"{side} upper arm"], 1] = 14
         angles[:, INDEX[f"{side} forearm"]] = (12, 0, 20)
         angles[:, INDEX[f"{side} thigh"], 1] = 2
-    return Motion(angles, np.zeros(frames), np.zeros(frames), np.zeros(frames))
+    return Movement(angles, np.zeros(frames), np.zeros(frames), np.zeros(frames))
 
 
-def _restless(motion: Motion, seconds, rng: np.random.Generator, amount: float) -> Motion:
+def _restless(motion: Movement, seconds, rng: np.random.Generator, amount: float) -> Movement:
     """Adds what joints do beside the activity; nobody repeats a cycle exactly."""
     size = np.array([RESTLESSNESS[name.removeprefix("left ").removeprefix("right ")] for name in SEGMENTS])
     # two standard deviations at most: a rare sum of all waves would break a joint
     wander = 2 * np.tanh(smooth(rng, seconds, 0.7, size.shape) / 2)
-    return Motion(motion.angles + amount * size * wander, motion.speed, motion.turn, motion.flight)
+    return Movement(motion.angles + amount * size * wander, motion.speed, motion.turn, motion.flight)
 
 
-def _gait(gait: Gait, seconds, rate: float, rng: np.random.Generator) -> Motion:
+def _gait(gait: Gait, seconds, rate: float, rng: np.random.Generator) -> Movement:
     """Walking or running round a circle that wanders."""
     motion = _still(len(seconds))
     cycle = rng.uniform() + integral(gait.cadence * (1 + 0.04 * smooth(rng, seconds, 0.3)), rate)
@@ -147,7 +147,7 @@ def _trunk(gait: Gait, angles, cycle) -> None:
     )
 
 
-def _freeform(seconds, rate: float, rng: np.random.Generator) -> Motion:
+def _freeform(seconds, rate: float, rng: np.random.Generator) -> Movement:
     """Walking, jumping, bending, turning on the spot and swinging the arms, one after the other in random order."""
     slow = Gait(0.85, 850.0, 1.5, (10, 19), *(getattr(WALKING, f.name) for f in fields(Gait)[4:]))
     movements = [
@@ -160,13 +160,13 @@ def _freeform(seconds, rate: float, rng: np.random.Generator) -> Motion:
     return _mixed(movements, _turns(rng, seconds, len(movements)))
 
 
-def _mixed(motions: Sequence[Motion], weights: Float[np.ndarray, "frames movements"]) -> Motion:
+def _mixed(motions: Sequence[Movement], weights: Float[np.ndarray, "frames movements"]) -> Movement:
     """The weighted mean of several motions."""
     mixed = {
         f.name: np.einsum("tk,kt...->t...", weights, np.stack([getattr(m, f.name) for m in motions]))
-        for f in fields(Motion)
+        for f in fields(Movement)
     }
-    return Motion(**mixed)
+    return Movement(**mixed)
 
 
 def _turns(rng: np.random.Generator, seconds, count: int) -> Float[np.ndarray, "frames movements"]:
@@ -188,7 +188,7 @@ def _rise(seconds):
     return x * x * (3 - 2 * x)
 
 
-def _jumping(seconds, rng: np.random.Generator) -> Motion:
+def _jumping(seconds, rng: np.random.Generator) -> Movement:
     """Jumps on both feet, the arms thrown up."""
     motion = _still(len(seconds))
     cycle = rng.uniform() + seconds / 1.5
@@ -211,7 +211,7 @@ def _jumping(seconds, rng: np.random.Generator) -> Motion:
     return motion
 
 
-def _bending(seconds, rng: np.random.Generator) -> Motion:
+def _bending(seconds, rng: np.random.Generator) -> Movement:
     """Bends down, a little to one side, and reaches for the ground."""
     motion = _still(len(seconds))
     cycle = rng.uniform() + seconds / 2.6
@@ -231,7 +231,7 @@ def _bending(seconds, rng: np.random.Generator) -> Motion:
     return motion
 
 
-def _turning(seconds, rate: float, rng: np.random.Generator) -> Motion:
+def _turning(seconds, rate: float, rng: np.random.Generator) -> Movement:
     """Turns on the spot in small steps, the arms half raised."""
     steps = Gait(1.1, 150.0, 1.0, (8, 9), (6, 4, 34), (0, 4, -8), (22, 8, 30), (35, 6), 2, 0.0)
     motion = _gait(steps, seconds, rate, rng)
@@ -240,7 +240,7 @@ def _turning(seconds, rate: float, rng: np.random.Generator) -> Motion:
     return motion
 
 
-def _swinging(seconds, rng: np.random.Generator) -> Motion:
+def _swinging(seconds, rng: np.random.Generator) -> Movement:
     """Stands with bending knees and swings both arms wide, each in its own time."""
     motion = _still(len(seconds))
     for side, _ in SIDES:

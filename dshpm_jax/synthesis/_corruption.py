@@ -7,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Int
 
+from dshpm_jax._geometry import is_seen
 from dshpm_jax._recording import Recording
-from dshpm_jax._trajectories import from_columns, is_seen
+from dshpm_jax._trajectories import from_columns
 from dshpm_jax._types import NO_MATCH
 
 LONGEST_SECONDS = 1.0  # of a gap and of a ghost: the paper's 60 frames at 60 Hz

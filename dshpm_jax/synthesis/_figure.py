@@ -15,7 +15,7 @@ SHAKING_TURN = 4.0  # rad/s, the scale on which turning shakes it
 TREMOR_HERTZ = 3.0  # the fastest that soft tissue swings
 
 
-class Bone(NamedTuple):
+class FigureBone(NamedTuple):
     """A rigid segment; its frame sits in the joint with its parent and is the world's in the neutral pose.
 
     `offset` is the joint's place in the parent's frame (mm).
@@ -51,7 +51,7 @@ class SegmentNames(TypedDict):
 class Figure:
     """Bones, parents before children, and the markers on them."""
 
-    bones: tuple[Bone, ...]
+    bones: tuple[FigureBone, ...]
     markers: tuple[Marker, ...]
 
     def segments(self) -> dict[str, SegmentNames]:

@@ -4,7 +4,7 @@ import numpy as np
 
 from dshpm_jax._types import NO_PARENT
 from dshpm_jax.synthesis._curves import rotations, smooth
-from dshpm_jax.synthesis._figure import Bone, Figure, Marker, Synthetic, capture
+from dshpm_jax.synthesis._figure import Figure, FigureBone, Marker, Synthetic, capture
 
 ROBOT_NOISE = 0.1  # mm
 ROBOT_SIZE_STEP = 0.15  # relative size between one robot and the next
@@ -54,7 +54,7 @@ def robot_arm(frames: int = 600, rate: float = 60.0, subject: int = 0, seed: int
     degrees = np.zeros((frames, len(LINKS), 3))
     for k, (_, _, _, axis, middle, reach) in enumerate(LINKS):
         degrees[:, k, axis] = middle + reach * np.tanh(smooth(movement, seconds, 0.35))
-    bones = tuple(Bone(name, parent, _times(size, joint)) for name, parent, joint, *_ in LINKS)
+    bones = tuple(FigureBone(name, parent, _times(size, joint)) for name, parent, joint, *_ in LINKS)
     figure = Figure(bones, _link_markers(size))
     root = np.zeros((frames, 3))
     return capture(figure, rotations(degrees), root, rate, ROBOT_NOISE, np.random.default_rng(subject), camera)
@@ -95,8 +95,8 @@ def hand(frames: int = 600, rate: float = 60.0, subject: int = 0, seed: int = 0)
     return capture(Figure(bones, markers), relative, root, rate, ROBOT_NOISE, rng, camera)
 
 
-def _hand(size: float, rng: np.random.Generator) -> tuple[tuple[Bone, ...], tuple[Marker, ...]]:
-    bones = [Bone("palm", NO_PARENT, (0.0, 0.0, 0.0))]
+def _hand(size: float, rng: np.random.Generator) -> tuple[tuple[FigureBone, ...], tuple[Marker, ...]]:
+    bones = [FigureBone("palm", NO_PARENT, (0.0, 0.0, 0.0))]
     places: list[tuple[str, int, tuple[float, float, float], bool]] = [
         ("wrist_radial", 0, (4.0, 24.0, 8.0), False),
         ("wrist_ulnar", 0, (0.0, -24.0, 8.0), False),
@@ -106,7 +106,7 @@ def _hand(size: float, rng: np.random.Generator) -> tuple[tuple[Bone, ...], tupl
         first, (proximal, middle, distal) = len(bones), lengths
         joints = (knuckle, (proximal, 0, 0), (middle, 0, 0))
         for k, (bone, joint) in enumerate(zip(BONES_OF_A_FINGER, joints, strict=True)):
-            bones.append(Bone(f"{finger} {bone}", first + k - 1 if k else 0, _times(size, joint)))
+            bones.append(FigureBone(f"{finger} {bone}", first + k - 1 if k else 0, _times(size, joint)))
             places.append((f"{finger}_{k + 1}", first + k, (0, 0, 10), True))
         places.append((f"{finger}_shaft", first, (proximal / 2, 2, 13), False))
         places.append((f"{finger}_tip", first + 2, (distal - 4, 0, 8), False))

@@ -7,9 +7,9 @@ import numpy as np
 from jaxtyping import Float
 
 from dshpm_jax._types import NO_PARENT
-from dshpm_jax.synthesis._activities import INDEX, SEGMENTS, Motion, activity
+from dshpm_jax.synthesis._activities import INDEX, SEGMENTS, Movement, activity
 from dshpm_jax.synthesis._curves import integral, rotations, smooth, turn_about
-from dshpm_jax.synthesis._figure import Bone, Figure, Marker, Synthetic, capture, pose
+from dshpm_jax.synthesis._figure import Figure, FigureBone, Marker, Synthetic, capture, pose
 
 NOISE = 0.3  # mm
 PLACEMENT = 3.0  # mm, how exactly markers are put on
@@ -110,7 +110,7 @@ def _scales(rng: np.random.Generator, subject: int) -> Float[np.ndarray, "segmen
     return build * sides * np.array([kinds[n.split(" ", 1)[-1] if " " in n else n] for n in SEGMENTS])
 
 
-def _scaled(bone: Bone, scale: Float[np.ndarray, "segments"]) -> Bone:
+def _scaled(bone: FigureBone, scale: Float[np.ndarray, "segments"]) -> FigureBone:
     """`bone` on a larger or smaller parent."""
     size = 1.0 if bone.parent == NO_PARENT else scale[bone.parent]
     x, y, z = bone.offset
@@ -123,13 +123,13 @@ def _put_on(marker: Marker, scale: float, rng: np.random.Generator) -> Marker:
     return marker._replace(place=(float(x), float(y), float(z)))
 
 
-def _bones() -> tuple[Bone, ...]:
+def _bones() -> tuple[FigureBone, ...]:
     """The reference body, in the order of `SEGMENTS`."""
     found = {name: (parent, offset) for name, parent, offset in MIDDLE_BONES}
     for name, parent, (x, y, z) in SIDE_BONES:
         for side, sign in (("left", 1), ("right", -1)):
             found[f"{side} {name}"] = (parent if parent in found else f"{side} {parent}", (x, sign * y, z))
-    return tuple(Bone(n, INDEX[found[n][0]] if found[n][0] else NO_PARENT, found[n][1]) for n in SEGMENTS)
+    return tuple(FigureBone(n, INDEX[found[n][0]] if found[n][0] else NO_PARENT, found[n][1]) for n in SEGMENTS)
 
 
 def _markers() -> list[tuple[Marker, int]]:
@@ -168,7 +168,7 @@ def _signs() -> Float[np.ndarray, "segments 3"]:
     return found
 
 
-def _way(motion: Motion, heading, rate: float) -> Float[np.ndarray, "frames 3"]:
+def _way(motion: Movement, heading, rate: float) -> Float[np.ndarray, "frames 3"]:
     """Where the heading and the speed lead, about the origin of the room (mm)."""
     angle = np.deg2rad(heading)
     velocity = motion.speed[:, None] * np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], -1)

@@ -3,7 +3,8 @@
 import numpy as np
 
 from dshpm_jax import Recording, Settings, SubjectModel
-from dshpm_jax._control.targets import make_targets, pair_distances, symmetries
+from dshpm_jax._control.targets import make_targets, symmetries
+from dshpm_jax._geometry import pair_distances
 from dshpm_jax._requests import Target
 from dshpm_jax.synthesis import hand
 

@@ -8,8 +8,7 @@ import pytest
 from making import make_model
 
 from dshpm_jax import io
-from dshpm_jax._hierarchy import Segment, VirtualJoin
-from dshpm_jax._model_building import Neighbourhood
+from dshpm_jax._model import Neighbourhood, Segment, VirtualJoin
 from dshpm_jax.io._fields import encode
 
 
@@ -27,8 +26,27 @@ def test_a_model_survives(tmp_path, model):
     io.write_model(model, tmp_path / "model.json")
     back = io.read_model(tmp_path / "model.json")
     assert encode(back) == encode(model)
-    assert back.pair_frames.dtype.kind == "i" and np.isnan(back.pair_spread[0, 0])
+    assert np.isnan(back.pair_spread[0, 0])
     assert io.is_model(tmp_path / "model.json")
+
+
+def version_1(model) -> dict:
+    """The entries of a file that version 1 wrote."""
+    found = {"format": "dshpm-model", "version": 1} | encode(model)
+    for near in found["neighbourhoods"]:
+        near["softness"], near["spread"] = near.pop("distance_sd"), near.pop("marker_sd")
+    tables = ("pair_low", "pair_high", "pair_frames")
+    return found | dict.fromkeys(tables, [[0] * model.num_markers] * model.num_markers)
+
+
+def test_a_file_of_version_1_is_read(tmp_path):
+    (tmp_path / "old.json").write_text(json.dumps(version_1(hand_and_arm())))
+    assert encode(io.read_model(tmp_path / "old.json")) == encode(hand_and_arm())
+
+
+@pytest.mark.parametrize("near", [None, 3, [3], [{"softness": 2}]])
+def test_a_damaged_file_of_version_1_is_told(tmp_path, near):
+    check(tmp_path, json.dumps(version_1(hand_and_arm()) | {"neighbourhoods": near}), "neighbourhoods")
 
 
 def test_lengths_are_rounded_and_rows_stay_in_one_line(tmp_path):
@@ -39,7 +57,7 @@ def test_lengths_are_rounded_and_rows_stay_in_one_line(tmp_path):
 
 
 def damaged(change):
-    found = {"format": "dshpm-model", "version": 1} | encode(hand_and_arm())
+    found = {"format": "dshpm-model", "version": 2} | encode(hand_and_arm())
     change(found)
     return found
 
@@ -52,10 +70,8 @@ DAMAGE = {
     "the model.markers is 'LASI'": lambda m: m.update(markers="LASI"),
     "the model.markers[1] is 3": lambda m: m["markers"].__setitem__(1, 3),
     "two markers with the name 'A'": lambda m: m["markers"].__setitem__(1, "A"),
-    "the model.pair_low has the shape (4, 5)": lambda m: m["pair_low"].pop(),
-    "the model.pair_high is no table of numbers": lambda m: m["pair_high"][0].pop(),
-    "the model.pair_frames holds something else": lambda m: m["pair_frames"][0].__setitem__(1, 0.5),
-    "the model.pair_frames holds something": lambda m: m["pair_frames"][0].__setitem__(1, 1e300),
+    "the model.pair_mean has the shape (4, 5)": lambda m: m["pair_mean"].pop(),
+    "the model.pair_spread is no table of numbers": lambda m: m["pair_spread"][0].pop(),
     "the model.pair_mean is not symmetric": lambda m: m["pair_mean"][0].__setitem__(1, 5.0),
     "the model.pair_spread holds negative": lambda m: [m["pair_spread"][a].__setitem__(1 - a, -5.0) for a in (0, 1)],
     "'arm' has no markers": lambda m: m["segments"][0].update(markers=[], shape=[]),
@@ -72,12 +88,12 @@ DAMAGE = {
     "has 1 neighbourhoods for 5": lambda m: m["neighbourhoods"].__setitem__(slice(1, None), []),
     "neighbourhoods[2] names a marker": lambda m: m["neighbourhoods"][2].update(markers=[0, 2]),
     "neighbourhoods[2].shape has the shape (2, 3), expected (3, 3)": lambda m: m["neighbourhoods"][2]["shape"].pop(),
-    "neighbourhoods[0] holds missing": lambda m: m["neighbourhoods"][0].update(spread=None),
+    "neighbourhoods[0] holds missing": lambda m: m["neighbourhoods"][0].update(marker_sd=None),
     "neighbourhoods[1] has 9 markers, at most 8": lambda m: m["neighbourhoods"][1].update(
-        markers=[0] * 9, shape=[[0, 0, 0]] * 10, softness=[1] * 9
+        markers=[0] * 9, shape=[[0, 0, 0]] * 10, distance_sd=[1] * 9
     ),
-    "neighbourhoods[1] holds missing": lambda m: m["neighbourhoods"][1].update(softness=[1e-300, 1.0]),
-    "neighbourhoods[1] holds lengths of more than 1e+09": lambda m: m["neighbourhoods"][1].update(spread=1e38),
+    "neighbourhoods[1] holds missing": lambda m: m["neighbourhoods"][1].update(distance_sd=[1e-300, 1.0]),
+    "neighbourhoods[1] holds lengths of more than 1e+09": lambda m: m["neighbourhoods"][1].update(marker_sd=1e38),
     "the model.pair_mean holds lengths": lambda m: [m["pair_mean"][a].__setitem__(1 - a, 1e200) for a in (0, 1)],
     "'arm' holds lengths of more": lambda m: m["segments"][0]["shape"][0].__setitem__(0, -2e9),
     "'E' belongs to no segment": lambda m: m["segments"][1].update(markers=[2, 3], shape=[[0, 0, 0], [1, 0, 0]]),
@@ -96,7 +112,7 @@ def test_damage(tmp_path, wrong):
         ("{", "no JSON"),
         ("[]", "no marker model"),
         ("[" * 100_000, "no JSON"),  # deeper than the parser goes
-        ('{"format": "dshpm-model", "version": 1, "' + "a" * 5000 + '": 0}', "unknown entry"),
+        ('{"format": "dshpm-model", "version": 2, "' + "a" * 5000 + '": 0}', "unknown entry"),
     ],
 )
 def test_other_files(tmp_path, content, wrong):

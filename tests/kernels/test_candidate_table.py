@@ -9,7 +9,6 @@ from reference import NO_MATCH
 
 from dshpm_jax._driver.matching import pad
 from dshpm_jax._kernels import candidate_table as ct
-from dshpm_jax._kernels import matching
 from dshpm_jax._kernels.completion import COMPLETIONS, complete
 from dshpm_jax._scoring import ToleranceScore
 
@@ -46,27 +45,12 @@ def test_candidates_tie_by_index_and_the_rest_is_counted():
     here = ct.Hypotheses(*(jnp.array([x]) for x in (0, 0, 7, True)))
     distances = jax.jit(ct.pivot_distances)(problems)
     assert np.isnan(distances.to_pinned).all()
-    table, left_out = jax.jit(lambda: ct.order_candidates(problems, distances, here, SCORE))()
+    table = jax.jit(lambda: ct.order_candidates(problems, distances, here, SCORE))()
     cost = np.abs(np.asarray(distances.to_point)[0, 7] - 50.0) / 10.0
     expected = np.lexsort((np.arange(len(cost)), cost))[: ct.MAX_CANDIDATES]  # NaN comes last
     assert table[0, 0].tolist() == [7] + [NO_MATCH] * (ct.MAX_CANDIDATES - 1)
     assert table[1, 0].tolist() == table[2, 0].tolist() == expected.tolist()
-    assert left_out.tolist() == [2 * (39 - ct.MAX_CANDIDATES)]
     assert (np.asarray(table[3:]) == NO_MATCH).all()
-
-
-def test_candidates_that_found_no_room_are_counted_of_survivors_only():
-    rng = np.random.default_rng(1)
-    problems, hypotheses = padded([make_request(rng, 5, 64, rivals=12), make_request(rng, 4, 60)])
-    problems = problems._replace(tolerance=problems.tolerance * 6)
-    distances = jax.jit(ct.pivot_distances)(problems)
-    order, count = jax.jit(lambda h: ct.rank_tables(problems, distances, h, SCORE))(hypotheses)
-    ranked = ct.Hypotheses(*(field[order] for field in hypotheses))
-    _, _, truncated = jax.jit(lambda n: matching._prepare(problems, distances, ranked, n, SCORE))(count)
-    survivors = ct.Hypotheses(*(field[: int(count)] for field in ranked))
-    _, left_out = jax.jit(lambda: ct.order_candidates(problems, distances, survivors, SCORE))()
-    assert 0 < int(count) < len(ranked.pivot)
-    assert int(truncated) == int(left_out.sum()) > 0
 
 
 def greedy(distance, assigned, rounds):

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
-from dshpm_jax._kernels.life_evidence import UNKNOWN, WORST, life_evidence
+from dshpm_jax._control.tuning import TUNING
+from dshpm_jax._kernels.life_evidence import life_evidence
 
+NULL = TUNING.null_model
 RNG = np.random.default_rng(3)
 PLACES = RNG.uniform(-150, 150, (6, 3)).astype(np.float32)  # one rigid body of six markers
 
@@ -30,7 +32,7 @@ def evidence(identified, points, tables=None):
     ids, *rest = tables or table()
     places = np.where((ids >= 0)[..., None], identified[np.maximum(ids, 0)], np.float32(np.nan))
     lanes = [np.moveaxis(x, 0, -1) for x in (np.repeat(points[None], len(ids), 0), places, *rest)]
-    return np.asarray(life_evidence(*lanes))
+    return np.asarray(life_evidence(*lanes, null=NULL))
 
 
 def test_each_marker_has_most_evidence_for_its_own_place():
@@ -66,7 +68,7 @@ def test_two_neighbours_leave_distances_and_one_nothing():
     known[1] = np.nan
     absent = np.full((1, 3), np.nan, np.float32)
     found = evidence(known, np.concatenate([here, absent]))
-    assert (found[:6, 5] == UNKNOWN).all() and (found[6] == WORST).all()
+    assert (found[:6, 5] == NULL.unknown_llr).all() and (found[6] == NULL.min_llr).all()
 
 
 def test_one_wrong_neighbour_does_not_spoil_a_prediction():
@@ -85,4 +87,4 @@ def test_padding_and_lane_mates_change_nothing(extra):
     points = np.concatenate([here, np.full((extra, 3), np.nan, np.float32)])
     padded = evidence(known, points, table(6 + extra))
     np.testing.assert_allclose(padded[:6, :6], alone, atol=2e-3)
-    assert (padded[6:] == WORST).all()
+    assert (padded[6:] == NULL.min_llr).all()

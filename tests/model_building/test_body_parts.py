@@ -2,7 +2,7 @@
 
 import pytest
 
-from dshpm_jax._model_building.body_parts import meet, parts_of
+from dshpm_jax._model_building.body_parts import meet, parts_of, parts_of_each
 
 
 @pytest.mark.parametrize(
@@ -19,7 +19,8 @@ from dshpm_jax._model_building.body_parts import meet, parts_of
         ("RTOE RHEE r_5meta RMT5 BigToe_R RCAL RP1MT RMFS", "right foot"),
         ("LSHO Shoulder_L L_Shoulder LACR LSH LFSH", "left upper arm+trunk"),
         ("RWRA Radius_R R_wrist_ulna ROWR RWR", "right forearm+right hand"),
-        ("LFIN Finger_L LIHAND", "left hand"),
+        ("LFIN Finger_L LIHAND LTHM LThumb Thumb_L LINDEX L_Index LPinkie L_Pinky Pinkie_L LHM5", "left hand"),
+        ("LToeTip LTOE5 LBigToe Hallux_L LPinkieToe L_PinkyToe LittleToe_L LSmallToe LMT5", "left foot"),
         ("LUPA LUA1 L_humerus LARM", "left upper arm"),
         ("P1 q7 x52", ""),
     ],
@@ -27,6 +28,15 @@ from dshpm_jax._model_building.body_parts import meet, parts_of
 def test_parts_of_common_names(names, parts):
     for name in names.split():
         assert parts_of(name) == frozenset(filter(None, parts.split("+"))), name
+
+
+def test_a_pinkie_beside_a_big_toe_is_a_toe():
+    """As in the 28 markers of the MoCap Toolbox, which have one finger a hand and two toes a foot."""
+    feet = ["BigToe_L", "Pinkie_L", "Finger_L", "RPinky"]
+    assert parts_of_each(feet) == [{"left foot"}, {"left foot"}, {"left hand"}, {"right foot"}]
+    fingers = ["BigToe_L", "Pinkie_L", "Thumb_L"]
+    assert parts_of_each(fingers) == [{"left foot"}, {"left hand"}, {"left hand"}]
+    assert parts_of_each(["LTOE", "LPinkie"]) == [{"left foot"}, {"left hand"}]
 
 
 def test_parts_meet_on_their_own_side_only():

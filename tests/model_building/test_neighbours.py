@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from dshpm_jax._model_building import build_neighbourhoods, pair_statistics
+from dshpm_jax._model_building.neighbours import build_neighbourhoods
+from dshpm_jax._model_building.statistics import pair_statistics
 
 NAMES = tuple(f"m{k}" for k in range(10))
 
@@ -27,14 +28,14 @@ def test_a_marker_is_predicted_by_its_own_body_first():
     for marker, found in enumerate(build(two_bodies())):
         assert {m // 5 for m in found.markers[:4]} == {marker // 5}
         assert marker not in found.markers
-        assert (np.diff(found.softness) >= 0).all()
+        assert (np.diff(found.distance_sd) >= 0).all()
 
 
 def test_a_rigid_body_predicts_well_and_a_soft_one_says_so():
     points = two_bodies()
-    rigid = [found.spread for found in build(points)]
+    rigid = [found.marker_sd for found in build(points)]
     points[:, 7] += 25 * np.sin(np.linspace(0, 20, len(points)))[:, None]
-    soft = [found.spread for found in build(points)]
+    soft = [found.marker_sd for found in build(points)]
     assert np.median(rigid) < 12.0
     assert soft[7] > max(15.0, 1.5 * rigid[7])
 
@@ -44,4 +45,4 @@ def test_markers_never_seen_together_and_single_frames_still_have_neighbours():
     points[:30, 4], points[30:, 3] = np.nan, np.nan
     for frames in (points, points[:1]):
         for found in build(frames):
-            assert np.isfinite(found.spread) and np.isfinite(found.shape).all()
+            assert np.isfinite(found.marker_sd) and np.isfinite(found.shape).all()

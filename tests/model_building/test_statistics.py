@@ -19,7 +19,6 @@ def test_a_few_wrong_hand_labels_do_not_count():
     wrong[[100, 200, 300]] = 400
     one, other = (pair_statistics([clip(d)], [100.0]) for d in (distances, wrong))
     assert abs(one.spread[0, 1] - other.spread[0, 1]) < 0.05
-    assert other.high[0, 1] < 102
 
 
 def test_a_long_static_does_not_drown_a_short_motion():
@@ -41,9 +40,8 @@ def test_pairs_never_seen_together_are_unknown():
     points[:10, 1] = np.nan
     points[10:, 2] = np.nan
     found = pair_statistics([points], [100.0])
-    assert np.isnan(found.mean[1, 2]) and found.frames[1, 2] == 0
-    assert found.frames[0, 1] == 10 and found.mean[0, 2] == 60
-    assert found.frames.diagonal().tolist() == [20, 10, 10]
+    assert np.isnan(found.mean[1, 2]) and found.evidence[1, 2] == 0
+    assert 0 < found.evidence[0, 1] < 0.5 and found.mean[0, 2] == 60
 
 
 def test_a_single_frame_expects_what_bodies_do():

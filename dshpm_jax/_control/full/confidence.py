@@ -1,0 +1,90 @@
+"""What is finally given out: labels, how sure each is, and why a trajectory has none."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from dshpm_jax._control.full.assignment import margins
+from dshpm_jax._control.full.objective import Solution, model_fit
+from dshpm_jax._control.problem import LabellingProblem
+from dshpm_jax._control.tuning import TUNING, Tuning
+from dshpm_jax._labelling import Reason
+from dshpm_jax._types import NO_MATCH
+
+
+@dataclass(frozen=True, eq=False)
+class FinalLabels:
+    """The labels of a recording's trajectories as they are given out.
+
+    Attributes:
+        identity: the marker of each, `NO_MATCH` where unlabelled or withheld.
+        confidence: the probability that the label is right, or that none is.
+        reason: why each has its label or none.
+        could_be: the label withheld from each, then the best of the others that would pay; `NO_MATCH` beyond.
+        model_fit: see `objective.model_fit`.
+    """
+
+    identity: Int[np.ndarray, " trajectories"]
+    confidence: Float[np.ndarray, " trajectories"]
+    reason: tuple[Reason, ...]
+    could_be: Int[np.ndarray, "trajectories 2"]
+    model_fit: float
+
+
+def finalise(problem: LabellingProblem, solution: Solution) -> FinalLabels:
+    """The labels as they are given out: those less likely to be right than `Settings.min_confidence` are withheld."""
+    t, tuning = problem.trajectories, problem.tuning
+    fit = round(model_fit(problem, solution), 4)  # as it is told, so that line and confidences agree
+    named = solution.identity != NO_MATCH
+    chance = np.minimum(_chance(problem, solution), ceiling_of(fit, tuning))
+    best = solution.llr.max(1)
+    none = _logistic(tuning.accept_llr - best)
+    withheld = named & (chance < problem.settings.min_confidence)
+    margin = margins(solution.identity, solution.llr, t.start, t.stop)
+    reason = np.where(best > tuning.accept_llr, Reason.TAKEN, Reason.OUTSIDE)
+    reason = np.where(named, Reason.MATCHED, reason)
+    reason = np.where(withheld, np.where(margin < tuning.near_tie_llr, Reason.AMBIGUOUS, Reason.DOUBTFUL), reason)
+    identity = np.where(withheld, NO_MATCH, solution.identity)
+    confidence = np.where(withheld, 1.0 - chance, np.where(named, chance, none))
+    could_be = _alternatives(problem, solution, identity)
+    return FinalLabels(identity, confidence, tuple(map(Reason, reason)), could_be, fit)
+
+
+def ceiling_of(fit: float, tuning: Tuning = TUNING) -> float:
+    """How sure labels can be at most where the model fits so well, see `objective.model_fit`."""
+    return tuning.poor_fit_share if fit < tuning.poor_fit_below else 1.0
+
+
+def _alternatives(
+    problem: LabellingProblem, solution: Solution, identity: Int[np.ndarray, " trajectories"]
+) -> Int[np.ndarray, "trajectories 2"]:
+    """The label withheld from each trajectory, then the best of the others that would pay; `NO_MATCH` beyond.
+
+    Arguments:
+        identity: the labels given out.
+    """
+    llr = solution.llr.copy()
+    named = np.flatnonzero(solution.identity != NO_MATCH)
+    llr[named, solution.identity[named]] = -np.inf
+    other = np.where(llr.max(1) > problem.tuning.accept_llr, llr.argmax(1), NO_MATCH)
+    kept = identity == solution.identity
+    first, second = np.where(kept, other, solution.identity), np.where(kept, NO_MATCH, other)
+    return np.stack([first, second], axis=1).astype(np.int32)
+
+
+def _chance(problem: LabellingProblem, solution: Solution) -> Float[np.ndarray, " trajectories"]:
+    """The probability that each label is right; means nothing where there is none.
+
+    The margin to the best rival adds nothing to it: exact assignment and moves have weighed the rivals already.
+    """
+    t, tuning = problem.trajectories, problem.tuning
+    own = solution.llr[np.arange(len(t)), np.maximum(solution.identity, 0)]
+    seconds = np.clip((t.stop - t.start) / t.rate, *tuning.confidence_seconds)
+    share = tuning.rescaled_share if problem.settings.rescale else 1.0
+    by_evidence = tuning.confidence_base + tuning.confidence_per_nat * np.clip(own, *tuning.confidence_llr)
+    return share * _logistic(by_evidence + tuning.confidence_per_decade * np.log10(seconds))
+
+
+def _logistic(log_odds: np.ndarray) -> np.ndarray:
+    return 1.0 / (1.0 + np.exp(-np.clip(log_odds, -30.0, 30.0)))
