@@ -2,13 +2,27 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Bool, Int
 
 from dshpm_jax import Labelling
 
 NEAR = 0.05  # mm, what rounding may move a point
 MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0}
+
+
+class Counts(NamedTuple):
+    """Points that can be judged: with the right label, with any label, and of markers."""
+
+    right: int
+    given: int
+    there: int
+
+    @property
+    def f1(self) -> float:
+        return 2.0 * self.right / max(self.given + self.there, 1)
 
 
 def places_of(truth: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -21,18 +35,46 @@ def name_of(file: Path, archive: Path) -> str:
     return ".".join(file.relative_to(archive).with_suffix("").parts) + ".npz"
 
 
-def f1(found: Labelling, truth: dict[str, np.ndarray]) -> float:
+def f1(found: Labelling, truth: Mapping[str, np.ndarray]) -> float:
     """F1 over points; a label counts where it is within rounding of the marker's true place."""
+    return counts(found, truth).f1
+
+
+def counts(found: Labelling, truth: Mapping[str, np.ndarray]) -> Counts:
+    """What `f1` is made of."""
+    right, fair = _judged(found, truth)
+    there = np.isfinite(places_of(truth)).all(-1) & truth["judged"]
+    return Counts(int((right & fair).sum()), int(fair.sum()), int(there.sum()))
+
+
+def judged_trajectories(
+    found: Labelling, truth: Mapping[str, np.ndarray]
+) -> tuple[Int[np.ndarray, " judged"], Bool[np.ndarray, " judged"]]:
+    """The labelled trajectories that can be judged, and whether each is right in most of its frames."""
+    right, fair = _judged(found, truth)
+    unknown = ~np.isin(found.model.markers, truth["labels"])
+    fair |= (found.identities >= 0) & unknown[found.identities]  # a label that nobody wears is wrong
+    tracks = found.trajectories
+    frame, slot = np.nonzero(tracks.index >= 0)
+    at = tracks.index[frame, slot], (frame, tracks.column[frame, slot])
+    total, good = (np.bincount(at[0], each[at[1]], len(tracks)) for each in (fair, right & fair))
+    which = np.flatnonzero(total)
+    return which, good[which] > 0.5 * total[which]
+
+
+def _judged(
+    found: Labelling, truth: Mapping[str, np.ndarray]
+) -> tuple[Bool[np.ndarray, "frames points"], Bool[np.ndarray, "frames points"]]:
+    """Which points carry a label that is at its true place, and which a label that can be judged there."""
     places = places_of(truth)
-    points, identities = found.recording.points, found.identities
-    right = given = 0
-    for k, name in enumerate(truth["labels"].tolist()):
-        if name not in found.model.markers:
-            continue
-        frame, column = np.nonzero(identities == found.model.markers.index(name))
-        fair = truth["judged"][frame, k]
-        given += int(fair.sum())
-        with np.errstate(invalid="ignore"):
-            right += int((np.linalg.norm(points[frame, column] - places[frame, k], axis=1) < NEAR)[fair].sum())
-    there = int((np.isfinite(places).all(-1) & truth["judged"]).sum())
-    return 2.0 * right / max(given + there, 1)
+    names = truth["labels"].tolist()
+    to = np.array([names.index(name) if name in names else -1 for name in found.model.markers] + [-1])
+    label = to[found.identities]  # no label is -1 and takes the last
+    frame, column = np.nonzero(label >= 0)
+    k = label[frame, column]
+    right, fair = np.zeros(label.shape, bool), np.zeros(label.shape, bool)
+    fair[frame, column] = truth["judged"][frame, k]
+    with np.errstate(invalid="ignore"):
+        apart = np.linalg.norm(found.recording.points[frame, column] - places[frame, k], axis=1)
+    right[frame, column] = apart < NEAR
+    return right, fair

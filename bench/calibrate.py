@@ -1,0 +1,194 @@
+"""Fits the confidences, leaving out one data set at a time.
+
+    python bench/calibrate.py WORK [--only REGEX] [--sets CASES.toml ...] [--rescaled REGEX] [--no-findings]
+
+WORK is the folder of an evaluation: `archive` with unlabelled recordings below folders with a `model.json`, and an .npz
+with the truth of each. The recordings are labelled in this process. Groups whose data are in one folder are one data
+set; `--sets` says which, else the name of the group without the number of markers behind it. With the groups that
+`--rescaled` names, the model is another subject's and rescaled. Findings of `check` are counted on the labelled
+recordings themselves, in which markers are exchanged and points moved for some frames.
+
+Prints a row for each data set: the numbers that all others lead to, and how far they hold on it, above the numbers of
+today. Writes the numbers that all data sets together lead to, and what they were fitted on, to
+`bench/results/calibration.json`.
+"""
+
+import argparse
+import json
+import re
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from _calibration import (
+    BINS,
+    Findings,
+    Labels,
+    Numbers,
+    chance,
+    finding_chance,
+    fitted,
+    left_out,
+    log_loss,
+    reliability,
+)
+from _cases import Case, cases
+from _machine import description
+from _planting import judged_findings
+from _truth import judged_trajectories
+
+from dshpm_jax import Labelling, Settings, label_many
+from dshpm_jax._compile_cache import cache_programs
+from dshpm_jax._control.tuning import TUNING, Tuning
+
+RESULTS = Path(__file__).parent / "results" / "calibration.json"
+AT_ONCE = 16  # recordings that are labelled side by side
+FIELDS = {  # the numbers by the fields of `Tuning`
+    "base": "confidence_base",
+    "per_llr": "confidence_per_nat",
+    "per_decade": "confidence_per_decade",
+    "poor_fit_below": "poor_fit_below",
+    "poor_fit_share": "poor_fit_share",
+    "rescaled_share": "rescaled_share",
+}
+FINDING_PER_LLR = 0.5  # of `check`
+BARE = {"base": 0.0, "per_llr": 1.0, "per_decade": 0.0, "poor_fit_share": 1.0, "rescaled_share": 1.0}
+"""With these numbers the confidence of a label is its evidence, as a probability."""
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
+    parser.add_argument("work", type=Path)
+    parser.add_argument("--only", default="", help="paths below WORK/archive that count, a regular expression")
+    parser.add_argument("--sets", type=Path, nargs="*", default=[], help="case lists that say where a group's data are")
+    parser.add_argument("--rescaled", default="^$", help="groups with another subject's model, a regular expression")
+    parser.add_argument("--no-findings", action="store_true", help="leave `check` out")
+    parser.add_argument("-o", type=Path, default=RESULTS)
+    arguments = parser.parse_args()
+    cache_programs()
+    every = cases(arguments.work, arguments.only, arguments.sets)
+    labels = labels_of(every, arguments.rescaled)
+    findings = findings_of([] if arguments.no_findings else every)
+    now, after = numbers_of(TUNING), fitted(labels, findings, numbers_of(TUNING))
+    rows = list(judged(labels, findings, now))
+    show(rows)
+    arguments.o.write_text(json.dumps(result(labels, findings, now, after, rows), indent=1) + "\n")
+
+
+def numbers_of(tuning: Tuning) -> Numbers:
+    """The numbers of today."""
+    return Numbers(**{name: getattr(tuning, field) for name, field in FIELDS.items()}, finding_per_llr=FINDING_PER_LLR)
+
+
+def labels_of(every: Sequence[Case], rescaled: str) -> Labels:
+    """Every labelled trajectory of the cases that can be judged."""
+    rows = []
+    for is_rescaled in (False, True):
+        some = [case for case in every if bool(re.search(rescaled, case.name.partition("/")[0])) == is_rescaled]
+        for first in range(0, len(some), AT_ONCE):
+            rows += list(_labelled(some[first : first + AT_ONCE], is_rescaled))
+            print(f"{len(rows)} recordings of {len(every)} labelled", flush=True)
+    columns = [np.concatenate([np.broadcast_to(row[k], len(row[2])) for row in rows]) for k in range(len(rows[0]))]
+    number = np.unique(columns[1], return_inverse=True)[1]
+    return Labels(columns[0], number, *columns[2:])
+
+
+def _labelled(some: Sequence[Case], is_rescaled: bool) -> Iterator[tuple]:
+    """The columns of `Labels` for each case."""
+    recordings, models, truths = zip(*(case.read() for case in some))
+    bare = replace(TUNING, **{FIELDS[name]: value for name, value in BARE.items()})
+    settings = Settings(min_confidence=0.0, rescale=is_rescaled)
+    for case, found, truth in zip(some, label_many(recordings, models, settings, tuning=bare), truths):
+        which, right = judged_trajectories(found, truth)
+        llr, seconds = evidence(found, which)
+        yield case.data_set, case.name, llr, seconds, right, found.stats["model_fit"], is_rescaled
+
+
+def evidence(found: Labelling, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Mean evidence (nats) and life (seconds) of trajectories labelled with `BARE`, within what counts."""
+    sure, tracks = found.confidence[which], found.trajectories
+    seconds = (tracks.stop - tracks.start)[which] / tracks.rate
+    return np.log(sure) - np.log1p(-sure), np.clip(seconds, *TUNING.confidence_seconds)
+
+
+def findings_of(every: Sequence[Case]) -> Findings:
+    """What `check` says of the cases' labelled recordings with planted errors."""
+    sets, nats, right = [], [], []
+    for k, case in enumerate(every):
+        _, model, truth = case.read()
+        for sure, is_right in judged_findings(truth, model, np.random.default_rng(k)):
+            sets.append(case.data_set)
+            nats.append((np.log(sure) - np.log1p(-sure)) / FINDING_PER_LLR)
+            right.append(is_right)
+    return Findings(np.array(sets, str), np.array(nats, float), np.array(right, bool))
+
+
+def judged(labels: Labels, findings: Findings, now: Numbers) -> Iterator[dict[str, Any]]:
+    """A row for each data set: what the others lead to, and how far it holds on it beside today's numbers."""
+    for name, numbers in left_out(labels, findings, now):
+        here, said = labels.where(labels.data_set == name), findings.where(findings.data_set == name)
+        yield {
+            "set": name,
+            "recordings": len(np.unique(here.recording)),
+            "trajectories": len(here),
+            "right": int(here.right.sum()),
+            "findings": len(said),
+            "findings_right": int(said.right.sum()),
+            "numbers": numbers._asdict(),
+            "held": _held(here, said, numbers),
+            "held_now": _held(here, said, now),
+        }
+
+
+def _held(labels: Labels, findings: Findings, numbers: Numbers) -> dict[str, Any]:
+    p = chance(numbers, labels)
+    return {
+        "log_loss": log_loss(p, labels.right),
+        "bins": reliability(p, labels.right),
+        "findings_log_loss": log_loss(finding_chance(numbers, findings), findings.right),
+    }
+
+
+def show(rows: Sequence[dict[str, Any]]) -> None:
+    """The table: for each data set the numbers of the others, then how these and today's hold on it."""
+    heads = (*("base", "/nat", "/decade", "fit <", "share", "rescaled", "check"), "")
+    bins = " ".join(f"{f'{low:g}-{high:g}' if high < 1 else f'>= {low:g}':>14}" for low, high in BINS)
+    counts = ("labels", "wrong", "findings", "wrong")
+    print(f"{'left out':24} {_cells(counts)} {_cells(heads)} {bins} {'log loss':>9} {'of check':>9}")
+    for row in rows:
+        wrong = row["trajectories"] - row["right"], row["findings"] - row["findings_right"]
+        told = _cells((row["trajectories"], wrong[0], row["findings"], wrong[1]))
+        numbers = _cells((*(f"{x:.3f}" for x in row["numbers"].values()), "fitted"))
+        print(f"{row['set'][:24]:24} {told} {numbers} {_line(row['held'])}")
+        print(f"{'':24} {'':{len(told)}} {'today':>{len(numbers)}} {_line(row['held_now'])}")
+
+
+def _cells(cells: Sequence[Any]) -> str:
+    return " ".join(f"{cell:>8}" for cell in cells)
+
+
+def _line(held: dict[str, Any]) -> str:
+    bins = " ".join(f"{count:6} {share:7.4f}" for count, share in held["bins"])
+    return f"{bins} {held['log_loss']:9.4f} {held['findings_log_loss']:9.4f}"
+
+
+def result(labels: Labels, findings: Findings, now: Numbers, after: Numbers, rows: list) -> dict[str, Any]:
+    """What is kept: the numbers, what they were fitted on, and how far they hold where they were not."""
+    named = {**FIELDS, "finding_per_llr": "finding_per_llr"}
+    return {
+        "machine": description(),
+        "numbers": {named[k]: {"today": getattr(now, k), "fitted": round(getattr(after, k), 4)} for k in named},
+        "fitted_on": {
+            "trajectories": dict(Counter(labels.data_set.tolist())),
+            "findings": dict(Counter(findings.data_set.tolist())),
+            "wrong": int((~labels.right).sum()),
+        },
+        "left_out": rows,
+    }
+
+
+if __name__ == "__main__":
+    main()
