@@ -17,6 +17,7 @@ import pytest
 import dshpm_jax
 from dshpm_jax import Settings
 from dshpm_jax.__main__ import _parser
+from dshpm_jax._compile_cache import cache_folder
 
 HOME = Path(__file__).resolve().parents[1]
 README = HOME / "README.md"
@@ -60,14 +61,13 @@ each_guide = pytest.mark.parametrize("path", [README, *GUIDES], ids=name_of)
 @pytest.fixture(scope="session")
 def environment(tmp_path_factory):
     """The environment of the blocks: this interpreter's `dshpm-jax`, and one folder of compiled programs for all."""
-    cache = os.environ.get("DSHPM_CACHE") or str(tmp_path_factory.mktemp("programs"))
-    return os.environ | {
-        "PATH": os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")]),
-        "DSHPM_CACHE": cache,
-        "JAX_COMPILATION_CACHE_DIR": cache,  # what Python blocks go by
-        "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0.1",
-        "MPLBACKEND": "Agg",
-    }
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("DSHPM_CACHE", os.environ.get("DSHPM_CACHE") or str(tmp_path_factory.mktemp("programs")))
+        patch.setenv("JAX_COMPILATION_CACHE_DIR", str(cache_folder()))  # what Python blocks go by
+        patch.setenv("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0")
+        patch.setenv("PATH", os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")]))
+        patch.setenv("MPLBACKEND", "Agg")
+        return dict(os.environ)
 
 
 @each_guide
