@@ -59,10 +59,10 @@ class Progress:
         with self._lock:
             now = self._clock()
             if self._bar is not None:
-                self._bar.set_postfix_str(self._status(), refresh=True)
+                self._bar.set_postfix_str(", ".join(self._status()), refresh=True)
             elif now - self._said >= STATUS_SECONDS:
                 self._said = now
-                say(f"{self.counts.total()} of {len(self._sizes)} files, {self._status()}")
+                say(", ".join([f"{self.counts.total()} of {len(self._sizes)} files", *self._status()]))
 
     def take(self, outcome: Outcome) -> None:
         """Tells of one more outcome."""
@@ -76,7 +76,7 @@ class Progress:
                 self._frames += outcome.figures["frames"]
             self._tell(outcome)
             if self._bar is not None:
-                self._bar.set_postfix_str(self._status(), refresh=False)
+                self._bar.set_postfix_str(", ".join(self._status()), refresh=False)
                 self._bar.update()
 
     @property
@@ -106,14 +106,14 @@ class Progress:
             say(_line(outcome))
             _log.info("%s", _line(outcome))
 
-    def _status(self) -> str:
-        """Such as "83 frames/s, 1 failed, 118 labelled, expected end Sat 14:35, reading 12 files"."""
+    def _status(self) -> list[str]:
+        """Such as "83 frames/s", "1 failed", "118 labelled", "expected end Sat 14:35", "reading 12 files"."""
         parts = [f"{self.counts[what]} {what}" for what in WORST_FIRST if self.counts[what]]
         seconds = self._last - self._start  # what is in flight does not count yet
         if self._bytes and seconds > 0:
             end = datetime.now() + timedelta(seconds=self._left * seconds / self._bytes)
             parts = [f"{self._frames / seconds:.0f} frames/s", *parts, f"expected end {end:%a %H:%M}"]
-        return ", ".join([*parts, self._doing] if self._doing else parts)
+        return [*parts, self._doing] if self._doing else parts
 
 
 @contextmanager
