@@ -123,7 +123,10 @@ def every(seconds: float, call: Callable[[], object]) -> Iterator[None]:
 
     def go_on() -> None:
         while not over.wait(seconds):
-            call()
+            try:
+                call()
+            except OSError:  # nobody reads any more, which who started the run finds out
+                return
 
     thread = Thread(target=go_on, daemon=True)
     thread.start()
