@@ -18,7 +18,7 @@ NO_MARKER, UNKNOWN = -1, -2  # what a point is that leaps, and what a label of n
 def judged_findings(
     truth: Mapping[str, np.ndarray], model: SubjectModel, rng: np.random.Generator
 ) -> Iterator[tuple[float, bool]]:
-    """Confidence of each finding that can be judged, and whether it is right."""
+    """Evidence (nats) of each finding that can be judged, and whether it is right."""
     places, rate = places_of(truth), float(truth["rate"])
     points, real = planted(places, rate, rng)
     names = truth["labels"].tolist()
@@ -30,7 +30,7 @@ def judged_findings(
         should_be = place.get(found.should_be, UNKNOWN)
         there = np.isfinite(points[frames, found.column]).all(-1)
         is_right = (real[frames, found.column] == should_be)[there]
-        yield found.confidence, bool(is_right.mean() > 0.5)
+        yield found.evidence, bool(is_right.mean() > 0.5)
 
 
 def planted(

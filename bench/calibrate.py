@@ -54,7 +54,7 @@ FIELDS = {  # the numbers by the fields of `Tuning`
     "poor_fit_share": "poor_fit_share",
     "rescaled_share": "rescaled_share",
 }
-FINDING_PER_LLR = 0.5  # of `check`
+FINDING_PER_LLR = 0.5  # a probability for each nat of a finding, as `check` had it, by hand
 BARE = {"base": 0.0, "per_llr": 1.0, "per_decade": 0.0, "poor_fit_share": 1.0, "rescaled_share": 1.0}
 """With these numbers the confidence of a label is its evidence, as a probability."""
 
@@ -119,9 +119,9 @@ def findings_of(every: Sequence[Case]) -> Findings:
     sets, nats, right = [], [], []
     for k, case in enumerate(every):
         _, model, truth = case.read()
-        for sure, is_right in judged_findings(truth, model, np.random.default_rng(k)):
+        for evidence, is_right in judged_findings(truth, model, np.random.default_rng(k)):
             sets.append(case.data_set)
-            nats.append((np.log(sure) - np.log1p(-sure)) / FINDING_PER_LLR)
+            nats.append(evidence)
             right.append(is_right)
     return Findings(np.array(sets, str), np.array(nats, float), np.array(right, bool))
 

@@ -1,6 +1,5 @@
 """`check`: audits the labels that a recording has against the model of its subject."""
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,7 +21,8 @@ class Finding:
         column: its place in the recording.
         first, last: frames, counted from 0; both belong to the range.
         should_be: the marker that it is, None if it is no marker of the model, or has leapt off its place.
-        confidence: 0 to 1, how sure that is.
+        evidence: how decisive that is (nats): by how much other labels explain the recording better, or by how much
+            the evidence for the label falls; a few are much.
     """
 
     label: str
@@ -30,7 +30,7 @@ class Finding:
     first: int
     last: int
     should_be: str | None
-    confidence: float
+    evidence: float
 
 
 def check(
@@ -64,5 +64,4 @@ def check(
 
 def _finding(doubt: Doubt, recording: Recording, model: SubjectModel) -> Finding:
     should_be = None if doubt.should_be == NO_MATCH else model.markers[doubt.should_be]
-    confidence = 1.0 / (1.0 + math.exp(-min(doubt.nats, 60.0) / 2.0))
-    return Finding(recording.labels[doubt.column], doubt.column, doubt.first, doubt.last, should_be, confidence)
+    return Finding(recording.labels[doubt.column], doubt.column, doubt.first, doubt.last, should_be, doubt.nats)

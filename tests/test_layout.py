@@ -8,7 +8,17 @@ from pathlib import Path
 PACKAGE = Path(__file__).resolve().parents[1] / "dshpm_jax"
 
 LEVELS = [
-    {"_messages", "_types", "_console", "_compile_cache", "_processes", "_numbers", "_null_model", "_buckets", "_geometry"},
+    {
+        "_messages",
+        "_types",
+        "_console",
+        "_compile_cache",
+        "_processes",
+        "_numbers",
+        "_null_model",
+        "_buckets",
+        "_geometry",
+    },
     {"_recording", "_trajectories", "_settings"},
     {"_model", "_hierarchy"},
     {"_model_building", "_scoring", "_subjects"},

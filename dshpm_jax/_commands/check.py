@@ -107,9 +107,7 @@ def _line(path: Path, finding: "Finding", offset: int) -> str:
     if finding.first == finding.last:
         frames = f"frame {finding.first + offset}"
     what = f"should be {finding.should_be}" if finding.should_be else "fits no marker there"
-    return (
-        f"{path}: {finding.label or 'a column without a name'}, {frames}, {what} (confidence {finding.confidence:.3f})"
-    )
+    return f"{path}: {finding.label or 'a column without a name'}, {frames}, {what} (evidence {finding.evidence:.0f})"
 
 
 def _row(path: Path, recording: Recording, finding: "Finding", offset: int) -> dict[str, Any]:
@@ -121,7 +119,7 @@ def _row(path: Path, recording: Recording, finding: "Finding", offset: int) -> d
         "frames": [finding.first, finding.last],
         "file_frames": [finding.first + offset, finding.last + offset],
         "should_be": finding.should_be,
-        "confidence": round(finding.confidence, 4),
+        "evidence": round(finding.evidence, 2),
     }
 
 

@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 
 from dshpm_jax._control.targets import mean_edge
-from dshpm_jax._geometry import pair_distances
 from dshpm_jax._experiments.figures import COLOURS, panels, save
 from dshpm_jax._experiments.records import Records, write_rows
 from dshpm_jax._experiments.statistics import precision_of, rate_of, times_of
 from dshpm_jax._experiments.subjects import Subject, piece
 from dshpm_jax._experiments.trials import NAMES, Case, ExperimentPlan, Point, generator, spoilt
+from dshpm_jax._geometry import pair_distances
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._settings import Method
 from dshpm_jax.synthesis import distort

@@ -21,14 +21,12 @@ from _calibration import (
 from _cases import cases, data_set, folders_of
 from _planting import EXCHANGES, NO_MARKER, planted
 from _truth import counts, judged_trajectories
-from calibrate import BARE, FIELDS, FINDING_PER_LLR, evidence, numbers_of, result, show
+from calibrate import BARE, FIELDS, evidence, numbers_of, result, show
 from calibrate import judged as judged_sets
 from takes import model, take
 
 from dshpm_jax import Labelling, Settings, label_many
-from dshpm_jax._check import _finding
 from dshpm_jax._control.tuning import TUNING
-from dshpm_jax._control.uses.audit import Doubt
 from dshpm_jax._trajectories import by_marker
 from dshpm_jax.synthesis import person
 
@@ -119,11 +117,6 @@ def test_the_fitted_form_is_that_of_labelling():
     labels = Labels(one.astype(str), one.astype(int), llr, seconds, one > 0, one, one > 1)
     np.testing.assert_array_equal(as_it_is.identity, found.identity)
     np.testing.assert_allclose(chance(numbers_of(TUNING), labels), as_it_is.confidence[which], atol=1e-6)
-
-
-def test_findings_are_as_sure_as_check_has_them():
-    sure = _finding(Doubt(0, 0, 5, NO_MARKER, 7.0), take(3)[0], model()).confidence
-    assert np.log(sure / (1 - sure)) / FINDING_PER_LLR == pytest.approx(7.0)
 
 
 def test_the_table_and_what_is_kept(capsys):

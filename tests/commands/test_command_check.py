@@ -20,7 +20,7 @@ def checker(monkeypatch):
     def check(recording, model, driver):
         if recording.num_frames == 9:
             return []
-        return [SimpleNamespace(label="LASI", column=0, first=0, last=1, should_be="RASI", confidence=0.98765)]
+        return [SimpleNamespace(label="LASI", column=0, first=0, last=1, should_be="RASI", evidence=12.345)]
 
     monkeypatch.setitem(sys.modules, "dshpm_jax._check", SimpleNamespace(check=check))
 
@@ -31,7 +31,7 @@ def test_check(folder, capsys, checker):
     assert (status, out, err) == (0, "sound.c3d: no wrong label found\n", "")
     status, out, err = command(capsys, "check", "walk.c3d", "sound.c3d", "--model", "model.json", "--json", "f.json")
     assert status == 1 and err == ""
-    assert out.splitlines()[0] == "walk.c3d: LASI, frames 1-2, should be RASI (confidence 0.988)"
+    assert out.splitlines()[0] == "walk.c3d: LASI, frames 1-2, should be RASI (evidence 12)"
     (row,) = json.loads((folder / "f.json").read_text())
     assert (row["frames"], row["file_frames"], row["should_be"]) == ([0, 1], [1, 2], "RASI")
 

@@ -5,8 +5,8 @@ import numpy as np
 from dshpm_jax._control.paper.dynamic import assign_within, identify_segment
 from dshpm_jax._control.partial_labels import PartialLabels
 from dshpm_jax._control.problem import LabellingProblem
-from dshpm_jax._requests import Control, FitPoses
 from dshpm_jax._geometry import is_seen
+from dshpm_jax._requests import Control, FitPoses
 from dshpm_jax._types import MIN_FIT_POINTS, NO_MATCH
 
 
