@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from dshpm_jax import Recording, Settings, SubjectModel, write_c3d, write_model
-from dshpm_jax._model_building import posed_clip
+from dshpm_jax._model_building import TUNING, posed_clip
 from dshpm_jax.io._c3d import fresh_layout
 from dshpm_jax.io._c3d_format import C3dFile, write_layout
 from dshpm_jax.io._c3d_parameters import CHAR, DEC, FLOAT, INT, INTEL, MIPS, Group, Parameter, encode_floats, integers
@@ -59,7 +59,8 @@ def _leg(subject_file: Path) -> Recording:
     """The markers of a subject file in one pose, drifting."""
     skeleton = read_vsk(subject_file)
     drift = np.arange(FRAMES)[:, None, None] * [2.0, 1.0, 0.5]
-    return Recording(posed_clip(skeleton, 1) + drift, tuple(marker.name for marker in skeleton.markers), 100.0)
+    pose = posed_clip(skeleton, dataclasses.replace(TUNING, poses=1))
+    return Recording(pose + drift, tuple(marker.name for marker in skeleton.markers), 100.0)
 
 
 def _rich(recording: Recording) -> C3dFile:

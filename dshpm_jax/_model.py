@@ -188,14 +188,14 @@ def _scaled_neighbourhood(near: Neighbourhood, factor: float, proportions: float
 
 
 def pair_tolerance(
-    model: SubjectModel, spreads: float = 1.5, floor: float = 4.0, share: float = 0.015
+    model: SubjectModel, spreads: float, floor: float, share: float
 ) -> Float[np.ndarray, "markers markers"]:
     """Allowed change of each pair distance (mm), NaN where unknown.
 
     Arguments:
-        spreads: so many learnt standard deviations,
-        floor: so many mm,
-        share: and such a share of the distance, added as squares (`Settings.spread_factor` and what follows it).
+        spreads: this number of learnt standard deviations (`Settings.spread_factor`),
+        floor: this length (mm, `Settings.tolerance_floor`),
+        share: and this share of the distance (`Settings.tolerance_ratio`), added as squares.
     """
     return np.sqrt((spreads * model.pair_spread) ** 2 + floor**2 + (share * model.pair_mean) ** 2)
 

@@ -14,11 +14,24 @@ from dshpm_jax._types import NO_MATCH
 
 logger = logging.getLogger(__name__)
 
-SAMPLED_FRAMES = 60  # pairs of consecutive frames on which the columns are judged
-OWN_NEAREST = 0.25  # share of points, beyond chance, that must be nearest to their own column's next point
-JUMP = 60.0  # mm beyond what acceleration explains: a column that leaves its course by more is cut
-RIVAL_RATIO = 3.0  # a column is cut where another's next point is this many times nearer to its course
-SUSPECT = 25.0  # mm off its course from which on a column's step is compared with others
+SAMPLED_FRAMES = 60
+"""count; used in `columns_are_tracks`: pairs of consecutive frames by which columns are judged, at most; by hand."""
+
+OWN_NEAREST = 0.25
+"""share; used in `columns_are_tracks`: if fewer points than this, beyond chance, are nearest to their own column's next
+point, the columns carry nothing; by hand: real trajectories score .33 to 1, shuffled points nearly 0."""
+
+JUMP = 60.0
+"""mm; used in `unbroken_columns`: if a column leaves its course by more than this beyond what acceleration explains, it
+is cut; by hand."""
+
+RIVAL_RATIO = 3.0
+"""factor; used in `unbroken_columns`: if another column's next point is this many times nearer to the course of a
+suspect, that one is cut; by hand."""
+
+SUSPECT = 25.0
+"""mm; used in `unbroken_columns`: if a column's step is off its course by no more than this, it is not compared with
+others; by hand."""
 
 
 def pretrack(recording: Recording) -> Trajectories:

@@ -135,7 +135,7 @@ def test_bad_segments_are_refused(mapping, message):
 def test_tolerances_grow_with_spread():
     points, _ = chain()
     model = SubjectModel.from_recordings([recording(points)])
-    tolerance = pair_tolerance(model)
+    tolerance = pair_tolerance(model, spreads=1.5, floor=4.0, share=0.015)
     assert (tolerance >= 4).all()
     assert tolerance[0, 14] > tolerance[0, 1]
 

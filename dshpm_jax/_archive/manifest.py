@@ -57,8 +57,8 @@ class Manifest:
         """Appends the row of `outcome`, unless it is up to date and its row is there."""
         row = _row(outcome)
         key = _key(row)
-        settled = key != row["input"] and row["input"] in self.rows  # the new row is to be the newer one
-        if outcome.was_there and key in self.rows and not settled and _lasting(row) == _lasting(self.rows[key]):
+        resolved = key != row["input"] and row["input"] in self.rows  # the new row is to be the newer one
+        if outcome.was_there and key in self.rows and not resolved and _lasting(row) == _lasting(self.rows[key]):
             return
         self.rows[key] = self._mine[key] = row
         try:
@@ -75,8 +75,8 @@ class Manifest:
         while True:
             shards = _contents(_shards(self._out))
             found = {**known_rows(self._out), **self._mine}
-            standing = _without_settled({key: row for key, row in found.items() if self._stands_for_something(row)})
-            self.rows = {key: standing[key] for key in sorted(standing)}
+            current = _without_resolved({key: row for key, row in found.items() if self._stands_for_something(row)})
+            self.rows = {key: current[key] for key in sorted(current)}
             _write(manifest, self.rows)
             write_whole(self._out / SUMMARY_NAME, [_summary(self.rows)])
             if _contents(_shards(self._out)) == shards:
@@ -93,7 +93,7 @@ def known_rows(out: Path) -> dict[str, Row]:
     return _newest([out / MANIFEST_NAME, *_shards(out)])
 
 
-def _without_settled(rows: Mapping[str, Row]) -> dict[str, Row]:
+def _without_resolved(rows: Mapping[str, Row]) -> dict[str, Row]:
     """The rows without those of troubles that are over.
 
     A recording whose result was that of another has one of its own since then, or a folder that could not be searched,
@@ -101,13 +101,13 @@ def _without_settled(rows: Mapping[str, Row]) -> dict[str, Row]:
     """
     newest = {row["input"]: row["finished"] for row in rows.values() if row["output"]}
 
-    def is_settled(row: Row) -> bool:
+    def is_resolved(row: Row) -> bool:
         source = row["input"]
         if row["outcome"] == FAILED and os.path.isdir(source):
             return os.access(source, os.R_OK | os.X_OK) and any(path.startswith(source + os.sep) for path in newest)
         return not row["output"] and newest.get(source, "") >= row["finished"]
 
-    return {key: row for key, row in rows.items() if not is_settled(row)}
+    return {key: row for key, row in rows.items() if not is_resolved(row)}
 
 
 def _shards(out: Path) -> list[Path]:

@@ -16,21 +16,60 @@ from jaxtyping import Array, Bool, Float, Int
 from dshpm_jax._geometry import is_seen
 from dshpm_jax._types import NO_MATCH
 
-NOISE = 12.0  # mm that a steady point may miss its prediction by: noise, soft tissue, and a margin
-ACCELERATION = (
-    150e3  # mm/s^2 that a prediction may miss by; impacts exceed it, and then the neighbours' deviation helps
-)
-SPEED = 20e3  # mm/s, a foot in a sprint: how far a point may go in the first frame, when nothing is known
-RELATIVE_SPEED = 12e3  # mm/s between a new point and the neighbours whose velocity it is given
-REACH = 400.0  # mm, where the weight of neighbours has fallen to nothing; half of it at 180
-MISS_FACTOR = 3.0  # a point may miss its prediction by this multiple of its or its neighbours' recent misses
-MISS_DECAY = 0.8  # what is left of a recent miss after a frame
-NEW_MISS = 3.0  # mm, the recent miss of a point that has none yet
-CURVATURE = 0.5  # share of the last change of velocity that is expected once more: 0 and 1 link worse
-RIVAL_RATIO = 2.5  # a second choice this many times farther away is no rival
-RIVAL_MARGIN = 1.5  # mm that it must be farther besides
-LOOSE_RATIO = 1.3  # the same for the provisional links from which deviations are taken
-NUM_ROUNDS = 3  # rounds of mutual nearest pairs; pairs left after three are rivals of one another
+NOISE = 12.0
+"""mm; used in `_expectation`: a steady point may always miss its prediction by this; by hand: noise, soft tissue, and a
+margin."""
+
+ACCELERATION = 150e3
+"""mm/s^2; used in `_expectation` and where columns are cut: what it moves a point in a frame, a prediction may miss by;
+by hand: impacts exceed it, and then the neighbours' deviation helps."""
+
+STEADY_SHARE = 0.25
+"""share of what `ACCELERATION` explains; used in `_expectation`: what a point that kept to its predictions may miss by,
+beside `NOISE`; by hand."""
+
+SPEED = 20e3
+"""mm/s; used in `_expectation`: if nothing is known of a point, it may go no farther; derived: a foot in a sprint."""
+
+RELATIVE_SPEED = 12e3
+"""mm/s; used in `_expectation`: if only the velocity of its neighbours is known, a point may go no farther from it; by
+hand."""
+
+REACH = 400.0
+"""mm; used in `_closeness`: if a neighbour is farther than this, it has no weight (half of it at 180); by hand."""
+
+MISS_FACTOR = 3.0
+"""factor; used in `_expectation`: a point may miss its prediction by this multiple of its or its neighbours' recent
+misses; by hand."""
+
+MISS_DECAY = 0.8
+"""share; used in `_state_after`: what is left of a recent miss after a frame; by hand."""
+
+NEW_MISS = 3.0
+"""mm; used in `_state_after`: the recent miss of a point that has none yet; by hand."""
+
+CURVATURE = 0.5
+"""share; used in `_expectation`: of the last change of velocity, what is expected once more; by hand: 0 and 1 link
+worse."""
+
+NEW_TRUST = 0.3
+"""weight; used in `_advance`: of the deviation of a point whose velocity is not measured, beside 1; by hand."""
+
+DEVIATION_PRIOR = 0.3
+"""weight; used in `_advance`: of no deviation at all beside those of the neighbours; by hand."""
+
+RIVAL_RATIO = 2.5
+"""factor; used in `_unrivalled`: if a second choice is this many times farther away, it is no rival; by hand."""
+
+RIVAL_MARGIN = 1.5
+"""mm; used in `_unrivalled`: what a second choice must be farther away besides; by hand."""
+
+LOOSE_RATIO = 1.3
+"""factor; used in `_advance`: `RIVAL_RATIO` of the provisional links from which deviations are taken; by hand."""
+
+NUM_ROUNDS = 3
+"""count; used in `_unrivalled`: rounds of mutual nearest pairs; by hand: pairs left after three are rivals of one
+another."""
 
 AWAY = 1e12  # mm^2, where there is no point
 INFINITE = 0x7F800000  # the bits of a float32 infinity
@@ -203,9 +242,9 @@ def _advance(
     tentative = _mutual_nearest(before.position + velocity, frame, reach, seen, LOOSE_RATIO, 0.0)
     linked = tentative != NO_MATCH
     miss = jnp.where(linked[:, None], frame[tentative] - before.position - velocity, 0)
-    trust = jnp.where(linked, jnp.where(before.tracked, 1.0, 0.3), 0.0)
+    trust = jnp.where(linked, jnp.where(before.tracked, 1.0, NEW_TRUST), 0.0)
     around, total = _weighted(closeness, trust, miss)
-    links = _unrivalled(before.position + velocity + around / (total + 0.3)[:, None], frame, reach, seen)
+    links = _unrivalled(before.position + velocity + around / (total + DEVIATION_PRIOR)[:, None], frame, reach, seen)
     return _state_after(before, frame, seen, links, velocity), links
 
 
@@ -232,7 +271,7 @@ def _expectation(state: TrackState, closeness, seconds) -> tuple[Float[Array, "p
     around = around / jnp.maximum(total, 1e-6)[:, None]
     velocity = jnp.where(state.tracked[:, None], state.velocity + CURVATURE * state.change, around[:, :3])
     swerve = ACCELERATION * seconds**2
-    steady = NOISE + jnp.minimum(swerve, MISS_FACTOR * jnp.maximum(state.miss, around[:, 3]) + swerve / 4)
+    steady = NOISE + jnp.minimum(swerve, MISS_FACTOR * jnp.maximum(state.miss, around[:, 3]) + STEADY_SHARE * swerve)
     fresh = jnp.where(total > 1e-3, RELATIVE_SPEED, SPEED) * seconds
     return velocity, jnp.where(state.tracked, steady, fresh)
 

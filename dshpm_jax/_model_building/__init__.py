@@ -7,3 +7,5 @@ from dshpm_jax._model_building.skeleton import Skeleton as Skeleton
 from dshpm_jax._model_building.skeleton import posed_clip as posed_clip
 from dshpm_jax._model_building.still import named_frame as named_frame
 from dshpm_jax._model_building.still import one_frame as one_frame
+from dshpm_jax._model_building.tuning import TUNING as TUNING
+from dshpm_jax._model_building.tuning import ModelTuning as ModelTuning

@@ -11,45 +11,41 @@ from jaxtyping import Float
 
 from dshpm_jax._model_building.body_parts import meet, parts_of_each
 from dshpm_jax._model_building.statistics import DistanceStatistics
-
-GENERAL_MM = 2.0
-"""Spread of any pair of markers on skin, whatever their distance."""
-
-GENERAL_SHARE = {"one part": 0.01, "at a joint": 0.025, "soft": 0.05, "across": 0.10, "far": 0.20, "unnamed": 0.02}
-"""Spread as a share of the distance, by what the names say: both on one part, one of them at its joint, on the trunk or
-an upper arm with a shoulder, across a joint, further apart, or nothing known. Medians over public recordings of what
-was seen in motions that the model's own recording did not have."""
-
-GENERAL_SECONDS = 1.5
-"""The general spread weighs as much as so many seconds of lively motion."""
+from dshpm_jax._model_building.tuning import TUNING, ModelTuning
 
 
-def expected_spread(statistics: DistanceStatistics, names: Sequence[str]) -> Float[np.ndarray, "markers markers"]:
+def expected_spread(
+    statistics: DistanceStatistics, names: Sequence[str], tuning: ModelTuning = TUNING
+) -> Float[np.ndarray, "markers markers"]:
     """Spread to be expected of every pair (mm): root of the weighted mean of learnt and general variance.
 
     A pair that no recording shows together has no distance, so its spread stays NaN.
     """
-    general = np.hypot(GENERAL_MM, general_share(names) * statistics.mean)
+    general = general_spread(statistics, names, tuning)
     learnt = np.where(statistics.seconds > 0, statistics.spread, 0)
-    variance = statistics.seconds * learnt**2 + GENERAL_SECONDS * general**2
-    spread = np.sqrt(variance / (statistics.seconds + GENERAL_SECONDS))
+    variance = statistics.seconds * learnt**2 + tuning.general_seconds * general**2
+    spread = np.sqrt(variance / (statistics.seconds + tuning.general_seconds))
     np.fill_diagonal(spread, 0)
     return spread
 
 
-def general_share(names: Sequence[str]) -> Float[np.ndarray, "markers markers"]:
-    """`GENERAL_SHARE` of every pair of names."""
+def general_spread(
+    statistics: DistanceStatistics, names: Sequence[str], tuning: ModelTuning
+) -> Float[np.ndarray, "markers markers"]:
+    """Spread of every pair in general (mm), by what the names say and by the distance, NaN where that is unknown."""
     parts = parts_of_each(names)
-    return np.array([[GENERAL_SHARE[_kind(one, other)] for other in parts] for one in parts])
+    share = np.array([[_general_share(one, other, tuning) for other in parts] for one in parts])
+    return np.hypot(tuning.general_mm, share * statistics.mean)
 
 
-def _kind(one: frozenset[str], other: frozenset[str]) -> str:
+def _general_share(one: frozenset[str], other: frozenset[str], tuning: ModelTuning) -> float:
+    """Spread of a pair as a share of its distance, by the parts of the body that the names of the two say."""
     if not one or not other:
-        return "unnamed"
+        return tuning.general_unnamed
     common = one & other
     if not common:
-        return "across" if any(meet(a, b) for a in one for b in other) else "far"
+        return tuning.general_across if any(meet(a, b) for a in one for b in other) else tuning.general_far
     joints = (len(one) > 1) + (len(other) > 1)
     if joints and any(part == "trunk" or part.endswith("upper arm") for part in common):
-        return "soft"
-    return "at a joint" if joints or "trunk" in common else "one part"
+        return tuning.general_soft
+    return tuning.general_at_joint if joints or "trunk" in common else tuning.general_one_part

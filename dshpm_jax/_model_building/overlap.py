@@ -11,30 +11,16 @@ from itertools import combinations
 import numpy as np
 from jaxtyping import Float
 
-from dshpm_jax._model_building.partition import MAX_GROUP, fits, shared_parts
-
-GROW_SIZE, GROW_SPREAD = 4, 1.5
-"""Groups of fewer markers take in their most rigid outside neighbours while their mean normalised spread stays below
-this."""
-
-SHARE_SPREAD, SHARE_MOST = 1.2, 2
-"""A joint shares so many markers at most, each with a mean normalised spread to the other group below this."""
-
-LINK_SPREAD, LINK_SIZE = 5.0, 3
-"""A link segment grows to so many markers by those whose mean normalised spread to it is below this."""
-
-RIGID_LINK = 1.5
-"""Two groups are linked where a pair across them is more rigid than this and its names say a part of its own."""
-
-MERGE_SIZE, MERGE_SPREAD = 6, 1.65
-"""Two segments become one of so many markers at most, if its mean normalised spread stays below this."""
-
-FIT_SIZE = 3
-"""Groups of fewer markers have no pose of their own, so a link must tie them to their neighbours."""
+from dshpm_jax._model_building.partition import fits, shared_parts
+from dshpm_jax._model_building.tuning import TUNING, ModelTuning
+from dshpm_jax._types import MIN_FIT_POINTS
 
 
 def overlapping(
-    found: Sequence[Sequence[int]], spread: Float[np.ndarray, "markers markers"], parts: Sequence[frozenset[str]]
+    found: Sequence[Sequence[int]],
+    spread: Float[np.ndarray, "markers markers"],
+    parts: Sequence[frozenset[str]],
+    tuning: ModelTuning = TUNING,
 ) -> tuple[list[list[int]], list[list[int]]]:
     """Segments that share markers at the joints, and the tree over them.
 
@@ -47,35 +33,37 @@ def overlapping(
     """
     segments = [set(group) for group in found]
     for segment in segments:
-        _grow(segment, spread, parts)
-    for a, b in edges(spanning_tree(closeness(found, spread))):
+        _grow(segment, spread, parts, tuning)
+    for a, b in edges(spanning_tree(closeness(found, spread, tuning))):
         if not segments[a] & segments[b]:
-            _share(segments, a, b, spread, parts)
-        if not segments[a] & segments[b] and _needs_link(found[a], found[b], spread, parts):
-            segments.append(_link(found[a], found[b], spread))
-    kept = _without_subsets(_merged(segments, spread, parts))
-    return kept, spanning_tree(closeness(kept, spread))
+            _share(segments, a, b, spread, parts, tuning)
+        if not segments[a] & segments[b] and _needs_link(found[a], found[b], spread, parts, tuning):
+            segments.append(_link(found[a], found[b], spread, tuning))
+    kept = _without_subsets(_merged(segments, spread, parts, tuning))
+    return kept, spanning_tree(closeness(kept, spread, tuning))
 
 
-def _grow(segment: set[int], spread: np.ndarray, parts: Sequence[frozenset[str]]) -> None:
+def _grow(segment: set[int], spread: np.ndarray, parts: Sequence[frozenset[str]], tuning: ModelTuning) -> None:
     """Adds the most rigid outside markers, one by one, to a small segment.
 
     A marker whose name says another part of the body is taken only where a pose would be missing without it.
     """
-    while len(segment) < min(GROW_SIZE, len(spread)):
+    while len(segment) < min(tuning.grow_size, len(spread)):
         inside = sorted(segment)
         mean = spread[:, inside].mean(1)
         mean[inside] = np.inf
         suited = np.array([fits(m, inside, parts) for m in range(len(spread))])
-        if mean[suited].min(initial=np.inf) <= GROW_SPREAD or len(segment) >= FIT_SIZE:
+        if mean[suited].min(initial=np.inf) <= tuning.grow_spread or len(segment) >= MIN_FIT_POINTS:
             mean[~suited] = np.inf
         best = int(np.argmin(mean))
-        if mean[best] > GROW_SPREAD:
+        if mean[best] > tuning.grow_spread:
             return
         segment.add(best)
 
 
-def _share(segments: list[set[int]], a: int, b: int, spread: np.ndarray, parts: Sequence[frozenset[str]]) -> None:
+def _share(
+    segments: list[set[int]], a: int, b: int, spread: np.ndarray, parts: Sequence[frozenset[str]], tuning: ModelTuning
+) -> None:
     """Makes the markers of one group that are most rigid with the other members of both."""
     offers = []
     for giver, taker in ((a, b), (b, a)):
@@ -83,12 +71,14 @@ def _share(segments: list[set[int]], a: int, b: int, spread: np.ndarray, parts: 
         for marker in segments[giver]:
             if fits(marker, inside, parts):
                 offers.append((float(spread[marker, inside].mean()), marker, taker))
-    for cost, marker, taker in sorted(offers)[:SHARE_MOST]:
-        if cost < SHARE_SPREAD and len(segments[taker]) < MAX_GROUP:
+    for cost, marker, taker in sorted(offers)[: tuning.share_most]:
+        if cost < tuning.share_spread and len(segments[taker]) < tuning.max_group:
             segments[taker].add(marker)
 
 
-def _merged(segments: Sequence[set[int]], spread: np.ndarray, parts: Sequence[frozenset[str]]) -> list[set[int]]:
+def _merged(
+    segments: Sequence[set[int]], spread: np.ndarray, parts: Sequence[frozenset[str]], tuning: ModelTuning
+) -> list[set[int]]:
     """Segments that share all but one or two markers become one where that is not much looser than its halves."""
     found = [set(segment) for segment in segments]
     again = True
@@ -96,9 +86,9 @@ def _merged(segments: Sequence[set[int]], spread: np.ndarray, parts: Sequence[fr
         again = False
         for a, b in combinations(range(len(found)), 2):
             both, union = found[a] & found[b], found[a] | found[b]
-            if not both or len(union) > MERGE_SIZE or min(len(found[a] - both), len(found[b] - both)) != 1:
+            if not both or len(union) > tuning.merge_size or min(len(found[a] - both), len(found[b] - both)) != 1:
                 continue
-            if mean_spread(union, spread) < MERGE_SPREAD and _one_part(union, parts):
+            if mean_spread(union, spread) < tuning.merge_spread and _one_part(union, parts):
                 found[a] = union
                 del found[b]
                 again = True
@@ -117,24 +107,26 @@ def _one_part(segment: Set[int], parts: Sequence[frozenset[str]]) -> bool:
     return fits(inside[0], inside[1:], parts)
 
 
-def _needs_link(one: Sequence[int], other: Sequence[int], spread: np.ndarray, parts: Sequence[frozenset[str]]) -> bool:
+def _needs_link(
+    one: Sequence[int], other: Sequence[int], spread: np.ndarray, parts: Sequence[frozenset[str]], tuning: ModelTuning
+) -> bool:
     """Whether one side has no pose of its own, or a rigid pair across both is a bone that has no group of its own."""
-    if min(len(one), len(other)) < FIT_SIZE:
+    if min(len(one), len(other)) < MIN_FIT_POINTS:
         return True
     taken = shared_parts(one, parts) | shared_parts(other, parts)
-    return any(spread[i, j] < RIGID_LINK and (parts[i] & parts[j]) - taken for i in one for j in other)
+    return any(spread[i, j] < tuning.rigid_link and (parts[i] & parts[j]) - taken for i in one for j in other)
 
 
-def _link(one: Sequence[int], other: Sequence[int], spread: np.ndarray) -> set[int]:
+def _link(one: Sequence[int], other: Sequence[int], spread: np.ndarray, tuning: ModelTuning) -> set[int]:
     """The most rigid pair across two groups, and what is nearly as rigid with it, of the larger if that has a pose."""
-    pool = max(one, other, key=len) if max(len(one), len(other)) >= FIT_SIZE else (*one, *other)
+    pool = max(one, other, key=len) if max(len(one), len(other)) >= MIN_FIT_POINTS else (*one, *other)
     between = spread[np.ix_(one, other)]
     i, j = np.unravel_index(int(np.argmin(between)), between.shape)
     link = {one[int(i)], other[int(j)]}
-    while len(link) < LINK_SIZE:
+    while len(link) < tuning.link_size:
         rest = [m for m in pool if m not in link]
         mean = [float(spread[m, sorted(link)].mean()) for m in rest]
-        if min(mean, default=np.inf) > LINK_SPREAD:
+        if min(mean, default=np.inf) > tuning.link_spread:
             break
         link.add(rest[int(np.argmin(mean))])
     return link
@@ -149,12 +141,14 @@ def _without_subsets(segments: Sequence[set[int]]) -> list[list[int]]:
     return sorted(kept)
 
 
-def closeness(found: Sequence[Sequence[int]], spread: np.ndarray) -> Float[np.ndarray, "groups groups"]:
-    """Mean spread over the three most rigid pairs between groups; a shared marker is a pair of spread zero."""
+def closeness(
+    found: Sequence[Sequence[int]], spread: np.ndarray, tuning: ModelTuning = TUNING
+) -> Float[np.ndarray, "groups groups"]:
+    """Mean spread over the most rigid pairs between groups; a shared marker is a pair of spread zero."""
     between = np.zeros((len(found), len(found)))
     for a, one in enumerate(found):
         for b, other in enumerate(found):
-            between[a, b] = np.sort(spread[np.ix_(one, other)], axis=None)[:3].mean()
+            between[a, b] = np.sort(spread[np.ix_(one, other)], axis=None)[: tuning.closeness_pairs].mean()
     return between
 
 

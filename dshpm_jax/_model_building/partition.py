@@ -13,57 +13,40 @@ from jaxtyping import Float
 
 from dshpm_jax._model_building.body_parts import meet, parts_of_each
 from dshpm_jax._model_building.statistics import DistanceStatistics
-
-SKIN_MM, SKIN_SHARE = 4.0, 0.03
-"""Spread that markers of one bone show: of the order of 4 mm, and of 3 % of their distance."""
-
-REACH_MM = 400.0
-"""Distance at which a pair's normalised spread is doubled."""
-
-SAME_PART, NEXT_PART, OTHER_PART = 0.6, 1.5, 4.0
-"""Factors on the normalised spread for names of the same part of the body, of parts that meet, of parts that do not."""
-
-UNKNOWN_SPREAD = 1.2
-"""A pair that was hardly seen together, or only standing still: neither rigid nor not."""
-
-STILL_SPREAD = 0.2
-"""Normalised spread of two markers that never moved apart, so that distance and names have something to weigh."""
-
-CUT_LOW, CUT_HIGH = 0.9, 1.8
-"""Groups are never split below the first mean normalised spread nor joined above the second; between, the widest gap
-decides."""
-
-MAX_GROUP = 16
-"""Markers of a segment at most: more make no better pose, and a match is as long as its largest segment."""
+from dshpm_jax._model_building.tuning import TUNING, ModelTuning
 
 
-def normalised_spread(statistics: DistanceStatistics, names: Sequence[str]) -> Float[np.ndarray, "markers markers"]:
+def normalised_spread(
+    statistics: DistanceStatistics, names: Sequence[str], tuning: ModelTuning = TUNING
+) -> Float[np.ndarray, "markers markers"]:
     """Normalised spread of every pair of markers, no unit; symmetric, zero on the diagonal.
 
-    Our reading: the paper takes segments as given; this is how we find them. The names weigh in by `SAME_PART` and so
-    on only where both say a part of the body.
+    Our reading: the paper takes segments as given; this is how we find them. The names weigh in only where both
+    say a part of the body (see `name_factor`).
     """
     distance = np.where(np.isfinite(statistics.mean), statistics.mean, 0)
-    spread = statistics.spread / np.hypot(SKIN_MM, SKIN_SHARE * distance)
-    spread = np.maximum(np.nan_to_num(spread), UNKNOWN_SPREAD * (1 - statistics.evidence))
-    spread = (spread + STILL_SPREAD) * (1 + (distance / REACH_MM) ** 2) * name_factor(names)
+    spread = statistics.spread / np.hypot(tuning.skin_mm, tuning.skin_share * distance)
+    spread = np.maximum(np.nan_to_num(spread), tuning.unknown_spread * (1 - statistics.evidence))
+    spread = (spread + tuning.still_spread) * (1 + (distance / tuning.reach_mm) ** 2) * name_factor(names, tuning)
     np.fill_diagonal(spread, 0)
     return spread
 
 
-def name_factor(names: Sequence[str]) -> Float[np.ndarray, "markers markers"]:
-    """What the names of two markers say about their being on one bone (see `SAME_PART`); 1 where they say nothing."""
+def name_factor(names: Sequence[str], tuning: ModelTuning = TUNING) -> Float[np.ndarray, "markers markers"]:
+    """What the names of two markers say about their being on one bone, a factor; 1 where they say nothing."""
     parts = parts_of_each(names)
     factor = np.ones((len(names), len(names)))
     for i, one in enumerate(parts):
         for j, other in enumerate(parts):
             if one and other:
                 near = any(meet(a, b) for a in one for b in other)
-                factor[i, j] = SAME_PART if one & other else NEXT_PART if near else OTHER_PART
+                factor[i, j] = tuning.same_part if one & other else tuning.next_part if near else tuning.other_part
     return factor
 
 
-def groups(spread: Float[np.ndarray, "markers markers"], names: Sequence[str]) -> list[list[int]]:
+def groups(
+    spread: Float[np.ndarray, "markers markers"], names: Sequence[str], tuning: ModelTuning = TUNING
+) -> list[list[int]]:
     """Average-linkage groups of the markers, each ascending, ordered by their first marker.
 
     Markers whose names have no part of the body in common are never put together here, however rigid they look: a
@@ -71,12 +54,12 @@ def groups(spread: Float[np.ndarray, "markers markers"], names: Sequence[str]) -
     """
     parts = parts_of_each(names)
     merges = _linkage(spread, parts)
-    stop = _cut(np.array([height for *_, height in merges]))
+    stop = _cut(np.array([height for *_, height in merges]), tuning)
     found = {i: [i] for i in range(len(spread))}
     for a, b, height in merges:
-        if height <= stop and a in found and b in found and len(found[a]) + len(found[b]) <= MAX_GROUP:
+        if height <= stop and a in found and b in found and len(found[a]) + len(found[b]) <= tuning.max_group:
             found[a] += found.pop(b)
-    return sorted(sorted(group) for group in _settle(spread, list(found.values()), parts))
+    return sorted(sorted(group) for group in _move_singles(spread, list(found.values()), parts, tuning))
 
 
 def common_parts(one: frozenset[str], other: frozenset[str]) -> frozenset[str] | None:
@@ -107,24 +90,31 @@ def _linkage(spread: np.ndarray, parts: Sequence[frozenset[str]]) -> list[tuple[
     return merges
 
 
-def _cut(heights: np.ndarray) -> float:
+def _cut(heights: np.ndarray, tuning: ModelTuning) -> float:
     """The middle of the widest relative gap between merge heights within the bounds."""
-    inside = np.sort(heights[(heights > CUT_LOW) & (heights < CUT_HIGH)])
-    edges = np.concatenate([[CUT_LOW], inside, [CUT_HIGH]])
+    inside = np.sort(heights[(heights > tuning.cut_low) & (heights < tuning.cut_high)])
+    edges = np.concatenate([[tuning.cut_low], inside, [tuning.cut_high]])
     widest = int(np.argmax(edges[1:] / edges[:-1]))
     return float(np.sqrt(edges[widest] * edges[widest + 1]))
 
 
-def _settle(spread: np.ndarray, found: list[list[int]], parts: Sequence[frozenset[str]]) -> list[list[int]]:
+def _move_singles(
+    spread: np.ndarray, found: list[list[int]], parts: Sequence[frozenset[str]], tuning: ModelTuning
+) -> list[list[int]]:
     """Moves single markers to the group that they are most rigid with; linkage is greedy and may err early."""
-    for _ in range(10):
+    for _ in range(tuning.move_rounds):
         moved = False
         for marker in range(len(spread)):
             home = next(g for g, group in enumerate(found) if marker in group)
             rest = [[m for m in group if m != marker] for group in found]
             mean = [float(spread[marker, group].mean()) if fits(marker, group, parts) else np.inf for group in rest]
             best = int(np.argmin(mean))
-            if best != home and mean[best] < 0.8 * mean[home] and len(found[best]) < MAX_GROUP and rest[home]:
+            if (
+                best != home
+                and mean[best] < tuning.move_factor * mean[home]
+                and len(found[best]) < tuning.max_group
+                and rest[home]
+            ):
                 found[home].remove(marker)
                 found[best].append(marker)
                 moved = True

@@ -14,27 +14,12 @@ from dshpm_jax._model_building.body_parts import parts_of_each, recognised
 from dshpm_jax._model_building.expectation import expected_spread
 from dshpm_jax._model_building.naming import segment_names
 from dshpm_jax._model_building.overlap import closeness, overlapping, spanning_tree
-from dshpm_jax._model_building.partition import MAX_GROUP, groups, name_factor, normalised_spread
-from dshpm_jax._model_building.shapes import MAX_SHAPE_FRAMES, joint_centre, mean_shape
+from dshpm_jax._model_building.partition import groups, name_factor, normalised_spread
+from dshpm_jax._model_building.shapes import joint_centre, mean_shape
 from dshpm_jax._model_building.statistics import DistanceStatistics
 from dshpm_jax._model_building.templates import BY_NAMES, TEMPLATES, by_template
+from dshpm_jax._model_building.tuning import TUNING, ModelTuning
 from dshpm_jax._types import MIN_FIT_POINTS, NO_PARENT
-
-STILL_MM = 8.0
-"""Recordings are still if nine in ten pairs of markers keep their distance within this spread."""
-
-KNOWN_NAMES = 0.8
-"""A still recording takes its segments from names if so many of them are known."""
-
-RATIO_LOW, RATIO_HIGH = 0.05, 0.2
-QUANTITY_LOW, QUANTITY_HIGH = 0.8, 0.9
-"""The paper's ranges of the distortion ratio and the matching quantity (section 5.1.1)."""
-
-SPLIT_SHARES = 3
-"""Markers that neighbouring strips of a split segment share, enough for a pose."""
-
-MAX_JOINT_SPREAD_MM = 40.0
-"""A joint centre that the recordings place worse than this is none."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +38,7 @@ def build_segments(
     segments: Mapping[str, Any] | None = None,
     template: str | None = None,
     rigid: Sequence[Sequence[int]] | None = None,
+    tuning: ModelTuning = TUNING,
 ) -> tuple[Segment, ...]:
     """Segments from a file's mapping, a template, rigid groups, the motion, or the names, whichever is there first.
 
@@ -60,48 +46,53 @@ def build_segments(
         rigid: groups of markers that sit on one bone each, and cover all markers; joints are found from the motion.
     """
     if segments is not None:
-        plan = _from_mapping(segments, names, statistics)
+        plan = _from_mapping(segments, names, statistics, tuning)
     elif rigid is not None:
-        plan = _from_motion(names, statistics, rigid)
+        plan = _from_motion(names, statistics, tuning, rigid)
     elif template is not None:
-        plan = _from_template(template, names, statistics)
-    elif is_still(statistics):
-        plan = _without_motion(names, statistics)
+        plan = _from_template(template, names, statistics, tuning)
+    elif is_still(statistics, tuning):
+        plan = _without_motion(names, statistics, tuning)
     else:
-        plan = _from_motion(names, statistics)
-    plan = _split_large(plan, statistics.mean)
-    expected = replace(statistics, spread=expected_spread(statistics, names))
-    points = np.concatenate([clip[evenly_spaced(len(clip), MAX_SHAPE_FRAMES)] for clip in clips])
-    return _geometry(plan, points, expected)
+        plan = _from_motion(names, statistics, tuning)
+    plan = _split_large(plan, statistics.mean, tuning)
+    expected = replace(statistics, spread=expected_spread(statistics, names, tuning))
+    points = np.concatenate([clip[evenly_spaced(len(clip), tuning.shape_frames)] for clip in clips])
+    return _geometry(plan, points, expected, tuning)
 
 
-def is_still(statistics: DistanceStatistics) -> bool:
+def is_still(statistics: DistanceStatistics, tuning: ModelTuning = TUNING) -> bool:
     """Whether hardly any pair of markers changes its distance."""
     spread = statistics.spread[np.triu_indices(len(statistics.spread), 1)]
     spread = spread[np.isfinite(spread)]
-    return not len(spread) or float(np.quantile(spread, 0.9)) < STILL_MM
+    return not len(spread) or float(np.quantile(spread, tuning.still_share)) < tuning.still_mm
 
 
 def _from_motion(
-    names: Sequence[str], statistics: DistanceStatistics, rigid: Sequence[Sequence[int]] | None = None
+    names: Sequence[str],
+    statistics: DistanceStatistics,
+    tuning: ModelTuning,
+    rigid: Sequence[Sequence[int]] | None = None,
 ) -> SegmentPlan:
-    spread = normalised_spread(statistics, names)
-    found = groups(spread, names) if rigid is None else rigid
-    markers, links = overlapping(found, spread, parts_of_each(names))
+    spread = normalised_spread(statistics, names, tuning)
+    found = groups(spread, names, tuning) if rigid is None else rigid
+    markers, links = overlapping(found, spread, parts_of_each(names), tuning)
     return SegmentPlan(segment_names(markers, names), markers, _parents(markers, links))
 
 
-def _without_motion(names: Sequence[str], statistics: DistanceStatistics) -> SegmentPlan:
+def _without_motion(names: Sequence[str], statistics: DistanceStatistics, tuning: ModelTuning) -> SegmentPlan:
     known = recognised(names)
-    if known < KNOWN_NAMES:
+    if known < tuning.known_names:
         raise ValueError(
             f"the recordings show too little motion to find segments, and only {known:.0%} of the marker names are "
             "known; add a recording in which every joint moves, or give the segments in a file"
         )
-    return _from_template(BY_NAMES, names, statistics)
+    return _from_template(BY_NAMES, names, statistics, tuning)
 
 
-def _from_template(template: str, names: Sequence[str], statistics: DistanceStatistics) -> SegmentPlan:
+def _from_template(
+    template: str, names: Sequence[str], statistics: DistanceStatistics, tuning: ModelTuning
+) -> SegmentPlan:
     found = by_template(names, template)
     if not found:
         raise ValueError(
@@ -113,7 +104,7 @@ def _from_template(template: str, names: Sequence[str], statistics: DistanceStat
         _nearest(found, marker, statistics.mean).append(marker)
     parts = [part for part, markers in found.items() if not any(set(markers) < set(o) for o in found.values())]
     markers = [sorted(found[part]) for part in parts]
-    return SegmentPlan(parts, markers, _parents(markers, _nearest_tree(markers, names, statistics)))
+    return SegmentPlan(parts, markers, _parents(markers, _nearest_tree(markers, names, statistics, tuning)))
 
 
 def _nearest(found: dict[str, list[int]], marker: int, distance: np.ndarray) -> list[int]:
@@ -122,7 +113,9 @@ def _nearest(found: dict[str, list[int]], marker: int, distance: np.ndarray) -> 
     return min(found.values(), key=lambda markers: min(far[m] for m in markers))
 
 
-def _from_mapping(segments: Mapping[str, Any], names: Sequence[str], statistics: DistanceStatistics) -> SegmentPlan:
+def _from_mapping(
+    segments: Mapping[str, Any], names: Sequence[str], statistics: DistanceStatistics, tuning: ModelTuning
+) -> SegmentPlan:
     place = {name: i for i, name in enumerate(names)}
     labels = {name: list(entry["markers"]) for name, entry in segment_entries(segments).items()}
     unknown = sorted({label for found in labels.values() for label in found} - place.keys())
@@ -134,7 +127,7 @@ def _from_mapping(segments: Mapping[str, Any], names: Sequence[str], statistics:
     if left:
         raise ValueError(f"no segment holds {_few(left)}; put every marker in at least one segment")
     markers = [sorted({place[label] for label in found}) for found in labels.values()]
-    parents = _parents(markers, _nearest_tree(markers, names, statistics))
+    parents = _parents(markers, _nearest_tree(markers, names, statistics, tuning))
     given = [entry.get("parent") for entry in segment_entries(segments).values()]
     if any(given):
         parents = _given_parents(list(labels), given)
@@ -178,11 +171,11 @@ def _few(names: Sequence[str], most: int = 8) -> str:
 
 
 def _nearest_tree(
-    markers: Sequence[Sequence[int]], names: Sequence[str], statistics: DistanceStatistics
+    markers: Sequence[Sequence[int]], names: Sequence[str], statistics: DistanceStatistics, tuning: ModelTuning
 ) -> list[list[int]]:
     """The tree over given segments: those that share markers first, then near ones whose names say that they meet."""
     far = np.nan_to_num(statistics.mean, nan=np.nanmax(statistics.mean, initial=1.0))
-    return spanning_tree(closeness(markers, far * name_factor(names)))
+    return spanning_tree(closeness(markers, far * name_factor(names, tuning), tuning))
 
 
 def _parents(markers: Sequence[Sequence[int]], links: Sequence[Sequence[int]]) -> list[int]:
@@ -200,21 +193,21 @@ def _parents(markers: Sequence[Sequence[int]], links: Sequence[Sequence[int]]) -
     return parents
 
 
-def _split_large(plan: SegmentPlan, distance: np.ndarray) -> SegmentPlan:
-    """Segments of more than `MAX_GROUP` markers in overlapping strips, each hanging from the one before.
+def _split_large(plan: SegmentPlan, distance: np.ndarray, tuning: ModelTuning) -> SegmentPlan:
+    """Segments of more than `max_group` markers in overlapping strips, each hanging from the one before.
 
     The strips lie between the two markers that are furthest apart; a few markers at each border are in both.
     """
     names, markers, parents = list(plan.names), [list(m) for m in plan.markers], list(plan.parents)
     for s, whole in enumerate(plan.markers):
-        if len(whole) <= MAX_GROUP:
+        if len(whole) <= tuning.max_group:
             continue
         inside = np.asarray(whole)
         far = np.nan_to_num(distance[np.ix_(inside, inside)])
         one, other = np.unravel_index(int(np.argmax(far)), far.shape)
         order = inside[np.argsort(far[one] - far[other], kind="stable")]
-        starts = range(0, len(order) - SPLIT_SHARES, MAX_GROUP - SPLIT_SHARES)
-        strips = [sorted(int(m) for m in order[start : start + MAX_GROUP]) for start in starts]
+        starts = range(0, len(order) - tuning.split_shares, tuning.max_group - tuning.split_shares)
+        strips = [sorted(int(m) for m in order[start : start + tuning.max_group]) for start in starts]
         markers[s], before = strips[0], s
         for k, strip in enumerate(strips[1:], 2):
             names.append(f"{names[s]} {k}")
@@ -224,14 +217,16 @@ def _split_large(plan: SegmentPlan, distance: np.ndarray) -> SegmentPlan:
     return SegmentPlan(names, markers, parents)
 
 
-def _geometry(plan: SegmentPlan, points: np.ndarray, statistics: DistanceStatistics) -> tuple[Segment, ...]:
+def _geometry(
+    plan: SegmentPlan, points: np.ndarray, statistics: DistanceStatistics, tuning: ModelTuning
+) -> tuple[Segment, ...]:
     """Shapes, poses over the recordings, joins and rigidity of the planned segments."""
-    shapes = [mean_shape(points[:, m], statistics.mean[np.ix_(m, m)]) for m in plan.markers]
+    shapes = [mean_shape(points[:, m], statistics.mean[np.ix_(m, m)], tuning) for m in plan.markers]
     segments = []
     for s, markers in enumerate(plan.markers):
         parent = plan.parents[s]
         shared = () if parent == NO_PARENT else tuple(sorted(set(markers) & set(plan.markers[parent])))
-        ratio = _distortion_ratio(markers, statistics)
+        ratio = _distortion_ratio(markers, statistics, tuning)
         segments.append(
             Segment(
                 name=plan.names[s],
@@ -239,16 +234,21 @@ def _geometry(plan: SegmentPlan, points: np.ndarray, statistics: DistanceStatist
                 shape=shapes[s],
                 parent=parent,
                 join=shared,
-                virtual_join=_virtual_join(plan, s, shapes, points, statistics),
+                virtual_join=_virtual_join(plan, s, shapes, points, statistics, tuning),
                 distortion_ratio=ratio,
-                matching_quantity=float(np.interp(ratio, (RATIO_LOW, RATIO_HIGH), (QUANTITY_LOW, QUANTITY_HIGH))),
+                matching_quantity=_matching_quantity(ratio, tuning),
             )
         )
     return tuple(segments)
 
 
 def _virtual_join(
-    plan: SegmentPlan, s: int, shapes: Sequence[np.ndarray], points: np.ndarray, statistics: DistanceStatistics
+    plan: SegmentPlan,
+    s: int,
+    shapes: Sequence[np.ndarray],
+    points: np.ndarray,
+    statistics: DistanceStatistics,
+    tuning: ModelTuning,
 ) -> VirtualJoin | None:
     """The centre of the joint with the parent, drawn towards the middle of the nearest markers of the two."""
     parent = plan.parents[s]
@@ -258,22 +258,28 @@ def _virtual_join(
     for here, there in ((parent, s), (s, parent)):
         markers = plan.markers[here]
         far = np.nan_to_num(statistics.mean[np.ix_(markers, plan.markers[there])], nan=np.inf).min(1)
-        guesses.append(shapes[here][np.argsort(far, kind="stable")[:2]].mean(0))
+        guesses.append(shapes[here][np.argsort(far, kind="stable")[: tuning.nearest_to_joint]].mean(0))
         # A marker of both gives a little with each of them, so the poses rest on the others where these suffice.
         own = [k for k, marker in enumerate(markers) if marker not in plan.markers[there]]
         own = own if len(own) >= MIN_FIT_POINTS else list(range(len(markers)))
         poses.append(rigid_fit(shapes[here][own], points[:, [markers[k] for k in own]]))
-    in_parent, in_segment, spread = joint_centre(poses[0], poses[1], guesses[0], guesses[1])
-    return VirtualJoin(in_parent, in_segment, spread) if spread <= MAX_JOINT_SPREAD_MM else None
+    in_parent, in_segment, spread = joint_centre(poses[0], poses[1], guesses[0], guesses[1], tuning)
+    return VirtualJoin(in_parent, in_segment, spread) if spread <= tuning.max_joint_spread_mm else None
 
 
-def _distortion_ratio(markers: Sequence[int], statistics: DistanceStatistics) -> float:
-    """Allowed relative change of a pair distance: three times the typical spread, within the paper's range."""
+def _distortion_ratio(markers: Sequence[int], statistics: DistanceStatistics, tuning: ModelTuning) -> float:
+    """Allowed relative change of a pair distance: a multiple of the typical spread, within the paper's range."""
     rows, columns = np.triu_indices(len(markers), 1)
     index = np.asarray(markers)
     mean, spread = (values[index[rows], index[columns]] for values in (statistics.mean, statistics.spread))
     seen = np.isfinite(spread) & (mean > 0)
     if not seen.any():
         return Segment.distortion_ratio
-    ratio = 3 * np.sqrt((spread[seen] ** 2).mean()) / mean[seen].mean()
-    return float(np.clip(ratio, RATIO_LOW, RATIO_HIGH))
+    ratio = tuning.distortion_factor * np.sqrt((spread[seen] ** 2).mean()) / mean[seen].mean()
+    return float(np.clip(ratio, tuning.ratio_low, tuning.ratio_high))
+
+
+def _matching_quantity(ratio: float, tuning: ModelTuning) -> float:
+    """The share of its markers that a match of a segment must hold, more the looser it is, within the paper's range."""
+    ends = (tuning.ratio_low, tuning.ratio_high), (tuning.quantity_low, tuning.quantity_high)
+    return float(np.interp(ratio, *ends))

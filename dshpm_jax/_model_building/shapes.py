@@ -4,20 +4,14 @@ import numpy as np
 from jaxtyping import Float
 
 from dshpm_jax._geometry import evenly_spaced, is_seen, pair_distances, rigid_fit
+from dshpm_jax._model_building.tuning import TUNING, ModelTuning
 from dshpm_jax._types import MIN_FIT_POINTS
-
-ROUNDS = 8
-"""Rounds of the mean shape; it settles to a hundredth of a millimetre in fewer."""
-
-DISTANCE_ROUNDS = 100
-"""Rounds of a shape with given distances; what they still change are the loosest, by a millimetre."""
-
-MAX_SHAPE_FRAMES = 400
-"""Frames that a shape and a joint are made from, evenly spaced."""
 
 
 def mean_shape(
-    points: Float[np.ndarray, "frames markers 3"], distances: Float[np.ndarray, "markers markers"]
+    points: Float[np.ndarray, "frames markers 3"],
+    distances: Float[np.ndarray, "markers markers"],
+    tuning: ModelTuning = TUNING,
 ) -> Float[np.ndarray, "markers 3"]:
     """Mean places of a segment's markers in a frame of its own, centred (mm), by generalised Procrustes analysis.
 
@@ -31,9 +25,9 @@ def mean_shape(
     frames = np.flatnonzero(seen.sum(1) >= MIN_FIT_POINTS)
     if not len(frames):
         return _from_distances(distances)
-    points = points[frames[evenly_spaced(len(frames), MAX_SHAPE_FRAMES)]]
+    points = points[frames[evenly_spaced(len(frames), tuning.shape_frames)]]
     shape = points[int(np.argmax(is_seen(points).sum(1)))].copy()
-    for _ in range(ROUNDS):
+    for _ in range(tuning.shape_rounds):
         rotation, translation = rigid_fit(shape, points)
         here = np.einsum("fji,fmj->fmi", rotation, points - translation[:, None])
         seen = is_seen(here)
@@ -67,6 +61,7 @@ def with_distances(
     shape: Float[np.ndarray, "markers 3"],
     distances: Float[np.ndarray, "markers markers"],
     distance_sd: Float[np.ndarray, "markers markers"],
+    tuning: ModelTuning = TUNING,
 ) -> Float[np.ndarray, "markers 3"]:
     """A shape near `shape` that keeps the mean distances, the most rigid first (all mm).
 
@@ -77,16 +72,11 @@ def with_distances(
     np.fill_diagonal(weight, 0)
     wanted = np.nan_to_num(distances)
     pull = np.linalg.pinv(np.diag(weight.sum(1)) - weight)
-    for _ in range(DISTANCE_ROUNDS):
+    for _ in range(tuning.distance_rounds):
         now = pair_distances(shape)
         ratio = weight * wanted / np.where(now > 0, now, np.inf)
         shape = pull @ (np.diag(ratio.sum(1)) - ratio) @ shape
     return shape
-
-
-PRIOR_SPREAD_MM, NOISE_MM, MOTION_FRAMES = 60.0, 8.0, 30.0
-"""The centre of a joint is about so far from the middle of the nearest markers; poses about a joint err by so much;
-and the frames together count as so many independent ones."""
 
 
 def joint_centre(
@@ -94,6 +84,7 @@ def joint_centre(
     segment_poses: tuple[np.ndarray, np.ndarray],
     parent_guess: Float[np.ndarray, "3"],
     segment_guess: Float[np.ndarray, "3"],
+    tuning: ModelTuning = TUNING,
 ) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"], float]:
     """The point that is fixed in both segments (mm, in the frames of their shapes), and its root mean square error.
 
@@ -105,9 +96,9 @@ def joint_centre(
     if not both.any():
         return parent_guess, segment_guess, np.nan
     r_p, t_p, r_s, t_s = r_p[both], t_p[both], r_s[both], t_s[both]
-    weight = np.sqrt(MOTION_FRAMES / len(t_p)) / NOISE_MM
+    weight = np.sqrt(tuning.joint_frames / len(t_p)) / tuning.joint_noise_mm
     rows = np.concatenate([r_p, -r_s], axis=-1).reshape(-1, 6) * weight
-    prior = np.eye(6) / PRIOR_SPREAD_MM
+    prior = np.eye(6) / tuning.joint_prior_mm
     guess = np.concatenate([parent_guess, segment_guess])
     solution, *_ = np.linalg.lstsq(
         np.concatenate([rows, prior]), np.concatenate([(t_s - t_p).ravel() * weight, prior @ guess]), rcond=None

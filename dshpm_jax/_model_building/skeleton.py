@@ -12,20 +12,13 @@ import numpy as np
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
+from dshpm_jax._model_building.tuning import TUNING, ModelTuning
 from dshpm_jax._types import NO_PARENT
 
-POSES = 400
-"""Poses of the clip; the spreads of pairs settle to a few per cent in so many."""
-
-POSED_SECONDS = 3.0
-"""The clip counts as so many seconds of lively motion: a recording of the subject's own would say more."""
-
 MAX_TURN, MIN_TURN = 0.3, 0.1
-"""Standard deviation of a joint's angle (rad) at most and at least: files that were never told better let every joint
-turn as far as a hip does. Pairs across joints of a freely moving subject spread so far."""
-
-LOOSE_TURN = 2.5
-"""Standard deviation (rad) of a turn of which nothing is known."""
+"""rad; used by the readers of subject files: standard deviation of a joint's angle at most and at least; by hand: files
+that were never told better let every joint turn as far as a hip does, and pairs across joints of a freely moving
+subject spread this far."""
 
 SEED = 0
 """The same file gives the same model."""
@@ -72,14 +65,14 @@ class Skeleton:
     markers: tuple[Attached, ...]
 
 
-def posed_clip(skeleton: Skeleton, poses: int = POSES) -> Float[np.ndarray, "poses markers 3"]:
+def posed_clip(skeleton: Skeleton, tuning: ModelTuning = TUNING) -> Float[np.ndarray, "poses markers 3"]:
     """The markers in random poses, the first bone at rest; joint angles and markers vary normally."""
-    rng = np.random.default_rng(SEED)
+    rng, poses = np.random.default_rng(SEED), tuning.poses
     turned, origin = _bone_poses(skeleton.bones, poses, rng)
     for b in range(len(skeleton.bones)):
         line = _line_of_joints(skeleton, b)
         if line is not None:
-            turned[b] = turned[b] @ _turns(line, LOOSE_TURN, poses, rng)
+            turned[b] = turned[b] @ _turns(line, tuning.loose_turn, poses, rng)
     clip = np.empty((poses, len(skeleton.markers), 3))
     for m, marker in enumerate(skeleton.markers):
         places = rng.multivariate_normal(marker.place, marker.covariance, poses, method="eigh")

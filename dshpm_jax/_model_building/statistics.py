@@ -7,21 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from dshpm_jax._geometry import evenly_spaced, is_seen
-
-MAX_FRAMES = 1000
-"""Frames taken from one recording, evenly spaced: more say nothing new about a distance."""
-
-TRIM = 0.01
-"""Share of a pair's frames left out on each side: hand labels are wrong in a few frames of many public files."""
-
-FEW_FRAMES = 20
-"""A pair seen in so many frames of a recording counts half as much as one that is always seen."""
-
-STILL_WEIGHT = 0.1
-"""Least weight of a recording, relative to the liveliest: a long static must not drown a short clip of motion."""
-
-LIVELY_MM = 40.0
-"""A recording in which a quarter of the pairs spread by more shows a body in motion; a slow walk does."""
+from dshpm_jax._model_building.tuning import TUNING, ModelTuning
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +25,7 @@ class DistanceStatistics:
 
 
 def pair_statistics(
-    clips: Sequence[Float[np.ndarray, "frames markers 3"]], rates: Sequence[float]
+    clips: Sequence[Float[np.ndarray, "frames markers 3"]], rates: Sequence[float], tuning: ModelTuning = TUNING
 ) -> DistanceStatistics:
     """Mean and spread of all pair distances, pooled over recordings.
 
@@ -52,11 +38,11 @@ def pair_statistics(
     """
     markers = clips[0].shape[1]
     rows, columns = np.triu_indices(markers, 1)
-    parts = [_one_recording(clip, rows, columns) for clip in clips]
+    parts = [_one_recording(clip, rows, columns, tuning) for clip in clips]
     count, mean, variance = (np.stack(values) for values in zip(*parts))
-    moved = _typical_spread(variance)
-    lively = np.maximum(moved / max(moved.max(), 1e-9), STILL_WEIGHT)
-    weight = lively[:, None] * count / (count + FEW_FRAMES)
+    moved = _typical_spread(variance, tuning)
+    lively = np.maximum(moved / max(moved.max(), 1e-9), tuning.still_weight)
+    weight = lively[:, None] * count / (count + tuning.few_frames)
     total = np.maximum(weight.sum(0), np.finfo(float).tiny)
     seen = count.sum(0) > 0
     pooled = np.where(seen, (weight * np.where(count > 0, mean, 0)).sum(0) / total, np.nan)
@@ -68,7 +54,7 @@ def pair_statistics(
         full[rows, columns] = full[columns, rows] = values
         return full
 
-    seconds = (count / np.asarray(rates)[:, None] * np.minimum(moved / LIVELY_MM, 1)[:, None]).sum(0)
+    seconds = (count / np.asarray(rates)[:, None] * np.minimum(moved / tuning.lively_mm, 1)[:, None]).sum(0)
     return DistanceStatistics(
         mean=square(pooled, 0.0),
         spread=square(spread, 0.0),
@@ -77,14 +63,16 @@ def pair_statistics(
     )
 
 
-def _one_recording(clip: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, ...]:
+def _one_recording(
+    clip: np.ndarray, rows: np.ndarray, columns: np.ndarray, tuning: ModelTuning
+) -> tuple[np.ndarray, ...]:
     """Common frames, trimmed mean and trimmed variance of each pair in one recording."""
     seen = is_seen(clip)
     together = (seen[:, rows] & seen[:, columns]).sum(0)
-    clip = clip[evenly_spaced(len(clip), MAX_FRAMES, rounded=True)]
+    clip = clip[evenly_spaced(len(clip), tuning.max_frames, rounded=True)]
     distance = np.sort(np.linalg.norm(clip[:, rows] - clip[:, columns], axis=-1), axis=0)  # NaN last
     count = np.isfinite(distance).sum(0)
-    cut = (TRIM * count).astype(int)
+    cut = (tuning.trimmed_share * count).astype(int)
     place = np.arange(len(distance))[:, None]
     kept = (place >= cut) & (place < count - cut)
     n = np.maximum(kept.sum(0), 1)
@@ -94,8 +82,10 @@ def _one_recording(clip: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> t
     return np.where(count > 0, together, 0), mean, variance
 
 
-def _typical_spread(variance: Float[np.ndarray, "recordings pairs"]) -> Float[np.ndarray, "recordings"]:
-    """Upper quartile of the spreads of the pairs in each recording (mm): how much the subject moves."""
+def _typical_spread(
+    variance: Float[np.ndarray, "recordings pairs"], tuning: ModelTuning
+) -> Float[np.ndarray, "recordings"]:
+    """A high quantile of the spreads of the pairs in each recording (mm): how much the subject moves."""
     if variance.shape[1] == 0:
         return np.ones(len(variance))
-    return np.quantile(np.sqrt(variance), 0.75, axis=1)
+    return np.quantile(np.sqrt(variance), tuning.typical_quantile, axis=1)

@@ -39,7 +39,8 @@ class ProcessPool(Executor):
     def __init__(self, count: int, memory: int | None = None, set_up: SetUp = None):
         self._calls: SimpleQueue[tuple[Future, bytes] | None] = SimpleQueue()
         self._closed = Event()
-        resource_tracker.ensure_running()  # it lets Ctrl-C through again when it starts, so it has to start before
+        if hasattr(signal, "pthread_sigmask"):
+            resource_tracker.ensure_running()  # it lets Ctrl-C through again when it starts, so it has to start before
         self._workers = [_Worker(place, count, memory, set_up, self._calls) for place in range(count)]
 
     def submit(self, fn: Callable, /, *args: Any, **kwargs: Any) -> Future:
@@ -123,14 +124,11 @@ class _Worker:
             return
         for _ in range(MOST_FAILED_STARTS + 1):
             self._forget()
-            with self._lock:
-                if self._killed:
-                    raise EOFError
-                self._connection, theirs = _SPAWN.Pipe()
-                self._process = _SPAWN.Process(target=answer_calls, args=(theirs, *self._about), daemon=True)
-                self._process.start()
-            theirs.close()  # so that the end of the process is the end of the connection
             try:
+                with self._lock:
+                    if self._killed:
+                        raise WorkerDied("the pool was shut down")
+                    self._process, self._connection = _started(self._about)
                 self._connection.recv()
                 return
             except (EOFError, OSError):
@@ -142,3 +140,17 @@ class _Worker:
             self._connection.close()
             self._process.join()
             self._process = None
+
+
+def _started(about: tuple) -> tuple[Any, Any]:
+    """A process and the connection to it, which ends when the process does."""
+    ours, theirs = _SPAWN.Pipe()
+    try:
+        process = _SPAWN.Process(target=answer_calls, args=(theirs, *about), daemon=True)
+        process.start()
+    except BaseException:
+        ours.close()
+        raise
+    finally:
+        theirs.close()
+    return process, ours

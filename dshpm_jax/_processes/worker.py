@@ -20,7 +20,7 @@ def answer_calls(connection: Any, place: int, count: int, memory: int | None, se
     Thread(target=_end_with_parent, daemon=True).start()
     if memory is not None:
         Thread(target=end_beyond, args=(MEMORY_MARGIN * memory,), daemon=True).start()
-    _settle_in(place, count)
+    _take_cores_and_gpu(place, count)
     if set_up is not None:
         set_up()
     connection.send("ready")
@@ -43,7 +43,7 @@ def _answer_to(message: bytes) -> bytes:
             return pickle.dumps((False, RuntimeError(f"{type(error).__name__}: {error}")))
 
 
-def _settle_in(place: int, count: int) -> None:
+def _take_cores_and_gpu(place: int, count: int) -> None:
     """Takes this process to its cores and its GPU, before anything of jax runs."""
     if hasattr(os, "sched_setaffinity"):
         cores = sorted(os.sched_getaffinity(0))

@@ -24,25 +24,34 @@ from dshpm_jax._reconstruction.rigid import SegmentPoses, marker_sd
 from dshpm_jax._types import NO_MATCH, NO_PARENT
 
 MIN_TIES = 2
-"""A segment is fitted where so many of its points are known: markers, and joints with segments whose pose is known."""
+"""count; used in `fit_articulated`: if fewer points of a segment are known than this (markers, and joints with segments
+whose pose is known), it is not fitted; by hand."""
 
 TURNS = 3
-"""Rounds over the tree after the first; poses settle to some tenths of a millimetre."""
+"""count; used in `fit_articulated`: rounds over the tree after the first; by hand: poses change by some tenths of a
+millimetre then."""
 
 LIMIT = 3.0
-"""From this number of standard deviations on, a marker pulls hardly more the further away it is (pseudo-Huber): a wrong
-one does little harm, and a right one is still found from a guess far off."""
+"""standard deviations; used in `solve`: from here on, a marker pulls hardly more the further away it is (pseudo-Huber);
+by hand: a wrong one does little harm, and a right one is still found from a guess far off."""
 
 MIN_JOINT_MM = 3.0
-"""No joint is stiffer than this."""
+"""mm; used in `fit_articulated`: if the model has a joint's spread less than this, this counts; by hand."""
 
 TURN, TURN_A_SECOND, SHIFT_MM = 0.05, 2.0, 200.0
-"""How far the guess may be off: radians next to a known pose, and more for each second from it; mm."""
+"""rad, rad/s, mm; used in `fit_articulated`: by how much the guess may be off: its turn next to a known pose, what is
+added for each second from it, and its place; by hand."""
 
 LEVER_MM = 100.0
-"""A turn is measured by what it moves at this distance, so that turns and shifts are of one size."""
+"""mm; used in `solve`: a turn is measured by what it moves at this distance; derived: turns and shifts are of one size
+then."""
 
 MAX_STEPS = 32
+"""count; used in `solve`: steps of Levenberg and Marquardt, at most; by hand."""
+
+STEP_RTOL, STEP_ATOL_MM = 1e-2, 0.05
+"""share and mm; used in `solve`: if a step is smaller than both together, the fit is done; by hand."""
+
 LANES, TIES = 256, 16  # problems in one call; ties of each are padded to a multiple of so many
 
 
@@ -220,7 +229,7 @@ def _solver():
 
 
 def _solve_one(problem: PoseProblems) -> tuple[Float[Array, "3 3"], Float[Array, "3"]]:
-    solver = optimistix.LevenbergMarquardt(rtol=1e-2, atol=0.05)
+    solver = optimistix.LevenbergMarquardt(rtol=STEP_RTOL, atol=STEP_ATOL_MM)
     start = jnp.zeros(6, jnp.float32)
     # The last step of one that does not settle is still better than its guess, so nothing is thrown.
     solution = optimistix.least_squares(_residuals, solver, start, problem, max_steps=MAX_STEPS, throw=False)

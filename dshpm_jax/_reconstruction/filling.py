@@ -14,13 +14,15 @@ from dshpm_jax._recording import Recording
 from dshpm_jax._types import MIN_FIT_POINTS
 
 CONTEXT_SECONDS, MIN_CONTEXT = 0.04, 3
-"""So long before and after a gap, and at least so many frames, tell how fast a marker moved there."""
+"""s and count; used in `fill`: this long before and after a gap, and at least this number of frames, tell how fast a
+marker moved there; by hand."""
 
 SLIDE_SECONDS = 0.1
-"""What a marker slides on its body at the end of a gap goes on for about so long."""
+"""s; used in `fill`: a marker that slides on its body at the end of a gap goes on for about this time; by hand."""
 
 SPLINE_SECONDS = 0.08
-"""Over gaps of this length a spline through the room errs as much as the markers around; over longer ones far more."""
+"""s; used in `fill`: over gaps of this length a spline through the room counts as much as the markers around; by hand:
+it errs as much there, and over longer gaps far more."""
 
 
 class Filled(NamedTuple):

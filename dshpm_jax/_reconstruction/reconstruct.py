@@ -14,7 +14,8 @@ from dshpm_jax._recording import Recording
 from dshpm_jax._types import NO_PARENT
 
 BRIDGED_SECONDS = 1.0
-"""Over longer gaps in which next to nothing is seen of a segment, it has no pose."""
+"""s; used in `reconstruct`: if next to nothing is seen of a segment for longer than this, it has no pose then; by
+hand."""
 
 
 def reconstruct(labelled: Labelling | Recording, model: SubjectModel | None = None) -> Motion:

@@ -11,14 +11,15 @@ from dshpm_jax._model import SubjectModel
 from dshpm_jax._types import MIN_FIT_POINTS
 
 MIN_PLANE_SPREAD_MM = 5.0
-"""Points nearer to a line (RMS) leave the turn about it open. Labelling asks for more, to trust a match."""
+"""mm, RMS; used in `rigid_poses` and `fill`: if the points of a body are nearer to a line than this, it has no pose; by
+hand: labelling asks for more, to trust a match."""
 
-NOISE_MM = 1.0
-"""No marker counts for stiffer than this."""
+MIN_MARKER_SD_MM = 1.0
+"""mm; used in `marker_sd`: if the model has less than this, this counts; by hand."""
 
 LIMITS = (12.0, 6.0, 3.0, 3.0)
-"""Rounds of reweighting: this number of standard deviations away a marker counts a quarter (Geman-McClure). The first
-rounds bear a start that one wrong marker has spoilt."""
+"""standard deviations, one a round; used in `rigid_poses`: a marker this far away counts a quarter (Geman-McClure); by
+hand: the first rounds bear a start that one wrong marker has spoilt."""
 
 
 class SegmentPoses(NamedTuple):
@@ -41,9 +42,9 @@ def marker_sd(model: SubjectModel, markers: Sequence[int]) -> Float[np.ndarray, 
     spread = model.pair_spread[np.ix_(markers, markers)]
     spread = np.where(np.eye(len(markers), dtype=bool), np.nan, spread)
     known = np.isfinite(spread).any(1)
-    found = np.full(len(markers), NOISE_MM)
+    found = np.full(len(markers), MIN_MARKER_SD_MM)
     found[known] = np.nanmedian(spread[known], axis=1) / np.sqrt(2)
-    return np.maximum(found, NOISE_MM)
+    return np.maximum(found, MIN_MARKER_SD_MM)
 
 
 def rigid_poses(model: SubjectModel, points: Float[np.ndarray, "frames markers 3"]) -> SegmentPoses:
