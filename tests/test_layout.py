@@ -91,7 +91,8 @@ def test_importing_the_package_leaves_jax_out():
 
 def test_control_imports_no_jax():
     rooms = ("methods", "uses.audit", "uses.incremental", "uses.population")
-    code = f"import sys; {'; '.join(f'import dshpm_jax._control.{room}' for room in rooms)}; sys.exit('jax' in sys.modules)"
+    imports = "; ".join(f"import dshpm_jax._control.{room}" for room in rooms)
+    code = f"import sys; {imports}; sys.exit('jax' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code]).returncode == 0
 
 
