@@ -131,7 +131,7 @@ def test_reasons_of_doubt_stand_in_the_row(archive, tmp_path, labeller, monkeypa
     monkeypatch.setitem(sys.modules, "dshpm_jax._label", SimpleNamespace(label_many=label_many))
     for _ in range(2):
         outcome = run(archive, tmp_path / "out")["bob/run.c3d"]
-        assert outcome.outcome == DOUBTFUL and "run.c3d: doubtful, its axes are mirrored; check that" in outcome.message
+        assert outcome.outcome == DOUBTFUL and "run.c3d: doubtful, its axes are mirrored; check it" in outcome.message
         assert rows_of(tmp_path / "out")["bob/run.c3d"]["doubts"] == ["its axes are mirrored"]
 
 
