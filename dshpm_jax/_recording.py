@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float
 from dshpm_jax._trajectories import is_seen
 
 UNLABELLED = re.compile(
-    r"(\*\d*|U_?\d+|[Uu]nlabel+ed.*|[Uu]nidentified.*|New \d+|uname.*|M\d{3,}|C_\d+|x\d{2,}|\d+ \d+|)"
+    r"(\*\d*|#\d*|\*?[Uu]nnamed.*|U_?\d+|[Uu]nlabel+ed.*|[Uu]nidentified.*|New \d+|uname.*|M\d{3,}|C_\d+|x\d{2,}|\d+ \d+|)"
 )
 """Names that capture systems give to columns that nobody has named (matched in full)."""
 
@@ -38,6 +38,7 @@ class Recording:
         unit: the file's own length unit, in which it is written back: "mm", "cm" or "m".
         source: the file that it came from, if any.
         columns: for each column of `points` its column in the source file (model outputs are left out of `points`).
+        notes: what was doubtful about the source file, a sentence each.
     """
 
     points: Float[np.ndarray, "frames points 3"]
@@ -46,6 +47,7 @@ class Recording:
     unit: str = "mm"
     source: Path | None = None
     columns: tuple[int, ...] = field(default=())
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self):
         points = np.asarray(self.points)

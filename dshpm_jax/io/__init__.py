@@ -1,6 +1,7 @@
 """Files to recordings and models, and back; nothing here imports jax."""
 
 from dshpm_jax.io._c3d import write_c3d as write_c3d
+from dshpm_jax.io._errors import NoPoints as NoPoints
 from dshpm_jax.io._errors import ReadError as ReadError
 from dshpm_jax.io._errors import WriteError as WriteError
 from dshpm_jax.io._filled import write_filled as write_filled

@@ -1,0 +1,79 @@
+"""Gaps that a program held at the last value: the point stands still to the last bit while the others move."""
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from dshpm_jax._trajectories import is_seen, runs
+
+HELD_FRAMES = 3
+"""Frames; used in `held_points`: coordinates that stay the same to the last bit for fewer may do so by chance."""
+
+FINEST_MM = 0.02
+"""Millimetres; used in `held_points`: where numbers are written in larger steps, a point at rest stays the same for
+many frames. Noise of the best systems is about 0.02 mm in each direction."""
+
+MOVING_SHARE = 0.5
+"""Of the other points that are seen; used in `held_points`: with fewer of them moving, the capture stands still."""
+
+LEAST_LEAP_MM = 1.0
+"""Millimetres; used in `_measured`: a point that is so near where it was has lost nothing. Some systems give a foot at
+rest the same numbers for several frames."""
+
+LEAST_FACTOR, FACTOR = 2.2, 0.5
+"""No unit; used in `_measured`: after a gap of n frames a point has n + 1 usual steps to make up for; so many at least,
+and such a share of them, must be in the leap. A point at rest that changes by fits and starts makes one or two."""
+
+STEPS_AROUND = 3
+"""Frames; used in `_measured`: on either side, from which the usual step is taken."""
+
+
+def held_points(points: Float[np.ndarray, "frames points 3"]) -> Bool[np.ndarray, "frames points"]:
+    """Where a point of a moving capture keeps its coordinates to the last bit for several frames, and then leaps.
+
+    The first frame of those, before the gap, is the one that was measured, or the last where the leap comes before
+    them. A column that never changes holds no gap, and neither does a recording whose numbers are too coarse to tell.
+    """
+    seen = is_seen(points)
+    held = np.zeros(seen.shape, bool)
+    if len(points) < HELD_FRAMES:
+        return held
+    both = seen[1:] & seen[:-1]
+    same = both & (points[1:] == points[:-1]).all(-1)
+    moving = both & ~same
+    if not same.any() or _resolution(points, moving) > FINEST_MM:
+        return held
+    live = moving.sum(1) > MOVING_SHARE * np.maximum(both.sum(1) - 1, 0)
+    quiet = same & live[:, None] & moving.any(0)
+    for column in np.flatnonzero(quiet.any(0)):
+        steps = np.linalg.norm(np.diff(points[:, column], axis=0), axis=-1)
+        for first, last in runs(quiet[:, column]):
+            if last - first + 1 >= HELD_FRAMES and (measured := _measured(steps, first, last)) is not None:
+                held[first : last + 1, column] = True
+                held[measured, column] = False
+    return held
+
+
+def _resolution(points: Float[np.ndarray, "frames points 3"], moving: Bool[np.ndarray, "steps points"]) -> float:
+    """The step in which the file writes its numbers, or less: the smallest change of a coordinate (mm)."""
+    change = np.abs(np.diff(points, axis=0)[moving])
+    change = change[change > 0]
+    return float(change.min()) if len(change) else np.inf
+
+
+def _measured(steps: Float[np.ndarray, " steps"], first: int, last: int) -> int | None:
+    """The one frame that was measured of `first` to `last`, in which a point is the same; None where it is at rest.
+
+    Arguments:
+        steps: how far the point goes from each frame to the next (mm), NaN where it is not seen in both.
+    """
+    before, after = slice(max(0, first - 1 - STEPS_AROUND), max(0, first - 1)), slice(last + 1, last + 1 + STEPS_AROUND)
+    around = np.concatenate([steps[before], steps[after]])
+    usual = float(np.median(around[around > 0])) if (around > 0).any() else 0.0
+    opening = float(steps[first - 1]) if first else np.nan
+    closing = float(steps[last]) if last < len(steps) else np.nan
+    farthest = max(LEAST_LEAP_MM, max(LEAST_FACTOR, FACTOR * (last - first + 1)) * usual)
+    if max(np.nan_to_num(opening), np.nan_to_num(closing)) > farthest:
+        return first if not opening > closing else last
+    if np.isfinite(opening) == np.isfinite(closing) or usual * (last - first) <= LEAST_LEAP_MM:
+        return None
+    return first if np.isfinite(opening) else last  # nothing tells how far it went, but it never went so slowly
