@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import os
 import sys
 from collections.abc import Sequence
 from importlib.metadata import version
@@ -10,26 +11,37 @@ from pathlib import Path
 from dshpm_jax import _reconstructing, _viewing, io
 from dshpm_jax._archive import UsageError, command
 from dshpm_jax._compile_cache import cache_programs
-from dshpm_jax._console import add_unlabelled, complain, say
+from dshpm_jax._console import add_reading, complain, say
 from dshpm_jax._experiments import command as experiments
 from dshpm_jax._model import SubjectModel
-from dshpm_jax._recording import Recording
+from dshpm_jax._reading import Reading, read_aloud, reading, say_joined
+from dshpm_jax._recording import Recording, check_names_apart
 from dshpm_jax.io._atomic import write_whole
 
-OK, FAILURES, WRONG_USAGE, INTERRUPTED = 0, 1, 2, 130
+OK, FAILURES, WRONG_USAGE, INTERRUPTED, PIPE_CLOSED = 0, 1, 2, 130, 141
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs one command and gives its exit status."""
     arguments = _parser().parse_args(argv)
     try:
-        return arguments.run(arguments)
+        status = arguments.run(arguments)
+        sys.stdout.flush()
+        return status
+    except BrokenPipeError:
+        return _without_reader()
     except UsageError as error:
         complain(error)
         return WRONG_USAGE
     except KeyboardInterrupt:
         complain("interrupted; what was written is whole, the same command goes on from here")
         return INTERRUPTED
+
+
+def _without_reader() -> int:
+    """Whoever read our lines has enough of them, as `head` may: nothing more is written there, not even at the end."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return PIPE_CLOSED
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -49,7 +61,7 @@ def _parser() -> argparse.ArgumentParser:
     how = model.add_mutually_exclusive_group()
     how.add_argument("--segments", type=Path, metavar="FILE", help="TOML file of segments and their markers")
     how.add_argument("--template", metavar="NAME", help="a known marker set")
-    add_unlabelled(model)
+    add_reading(model)
     model.set_defaults(run=_model)
 
     label = commands.add_parser("label", help="labels recordings")
@@ -60,7 +72,7 @@ def _parser() -> argparse.ArgumentParser:
     check.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING", help="labelled recording")
     check.add_argument("--model", type=Path, required=True, metavar="MODEL", help="model of the subject")
     check.add_argument("--json", type=Path, metavar="FILE", help="write what was found there too")
-    add_unlabelled(check)
+    add_reading(check)
     check.set_defaults(run=_check)
 
     view = commands.add_parser("view", help="a page in which a labelled recording plays")
@@ -117,14 +129,16 @@ def _made_model(arguments: argparse.Namespace) -> SubjectModel:
     """The model of one subject file, or of labelled recordings."""
     if arguments.recordings[0].suffix.lower() in io.SUBJECT_FILES:
         return io.read_model(arguments.recordings[0])
-    recordings = [_read_labelled(path, arguments.unlabelled) for path in arguments.recordings]
+    recordings = [_read_labelled(path, reading(arguments)) for path in arguments.recordings]
     known = {name for r in recordings for name, named in zip(r.labels, r.labelled, strict=True) if named}
     segments = io.read_segments(arguments.segments, known) if arguments.segments else None
     return SubjectModel.from_recordings(recordings, segments=segments, template=arguments.template)
 
 
-def _read_labelled(path: Path, unlabelled: Sequence[str]) -> Recording:
-    recording = io.read(path, unlabelled)
+def _read_labelled(path: Path, how: Reading) -> Recording:
+    recording = read_aloud(path, how)
+    check_names_apart(recording)
+    say_joined(path, recording)
     if not recording.labelled.any():
         raise io.ReadError(path, "none of its points has a label", "a model needs a labelled recording")
     return recording
@@ -141,7 +155,7 @@ def _check(arguments: argparse.Namespace) -> int:
     from dshpm_jax._checking import check_files
 
     rows, good = [], True
-    for found in check_files(arguments.recordings, arguments.model, arguments.unlabelled):
+    for found in check_files(arguments.recordings, arguments.model, reading(arguments)):
         good &= found.sound
         rows += found.rows
         for line in found.troubles:

@@ -9,6 +9,7 @@ from dshpm_jax import io
 from dshpm_jax._check import Finding, check
 from dshpm_jax._driver import Driver
 from dshpm_jax._messages import one_line
+from dshpm_jax._reading import Reading, read_aloud
 from dshpm_jax._recording import Recording
 
 SHOWN = 5  # labels that the model does not know, in the line about them
@@ -31,8 +32,8 @@ class Audit:
     troubles: list[str] = field(default_factory=list)
 
 
-def check_files(paths: Sequence[Path], model_path: Path, unlabelled: Sequence[str] = ()) -> Iterator[Audit]:
-    """Audits files one by one; one that cannot be read harms no other. `unlabelled` is that of `io.read`."""
+def check_files(paths: Sequence[Path], model_path: Path, how: Reading) -> Iterator[Audit]:
+    """Audits files one by one; one that cannot be read harms no other. `how` they are read is as for `io.read`."""
     try:
         model = io.read_model(model_path)
     except io.ReadError as error:
@@ -41,7 +42,7 @@ def check_files(paths: Sequence[Path], model_path: Path, unlabelled: Sequence[st
     driver = Driver()
     for path in paths:
         try:
-            recording = io.read(path, unlabelled)
+            recording = read_aloud(path, how, model.markers)
             yield _audit(path, recording, check(recording, model, driver=driver), model.markers)
         except io.ReadError as error:
             yield Audit(False, troubles=[str(error)])

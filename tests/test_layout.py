@@ -13,7 +13,7 @@ LEVELS = [
     {"_model", "_scoring", "_subjects"},
     {"_labelling", "_requests"},
     {"_kernels", "io", "synthesis"},
-    {"_driver", "_control", "_pretracking"},
+    {"_driver", "_control", "_pretracking", "_reading"},
     {"_label", "_live", "_check"},
     {"evaluation", "report", "_reconstruction"},
     {"_archive", "_checking", "_demo", "_experiments", "_reconstructing", "_viewing"},

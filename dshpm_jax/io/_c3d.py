@@ -4,9 +4,10 @@ import re
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from dshpm_jax._recording import Recording, bare_label, is_unlabelled
+from dshpm_jax._trajectories import is_seen
 from dshpm_jax.io._c3d_format import MAX_FRAMES_FIELD, C3dFile, read_layout, write_layout
 from dshpm_jax.io._c3d_parameters import (
     FLOAT,
@@ -39,7 +40,7 @@ def raw_of(file: C3dFile, path: Path) -> Raw:
     labels = raw_labels(file)
     if not labels:
         if file.analog.size:
-            raise NoPoints(path, "it holds analog samples alone, no points", "nothing is to be done with it")
+            raise NoPoints(path, "it holds analog samples alone, no points", "give recordings with points")
         raise ReadError(path, "it holds no points", "export it with its trajectories")
     outputs = model_outputs(file, labels)
     columns = [c for c in range(len(labels)) if c not in outputs]
@@ -54,7 +55,8 @@ def raw_of(file: C3dFile, path: Path) -> Raw:
     notes += _set_missing(points, residual)
     notes += set_far_missing(points, MILLIMETRES[unit])
     names = tuple(labels[c] for c in columns)
-    return Raw(path, points, names, tuple(columns), rate, unit, tuple(_prefixes(file)), None, tuple(notes))
+    unmeasured = _unmeasured(points, residual)
+    return Raw(path, points, names, tuple(columns), rate, unit, tuple(_prefixes(file)), unmeasured, tuple(notes))
 
 
 def write_c3d(recording: Recording, path: str | Path) -> None:
@@ -164,6 +166,17 @@ def _positions(
             points = words[..., :3].astype(np.float64)
         points *= unit
     return points, words[..., 3]
+
+
+def _unmeasured(
+    points: Float[np.ndarray, "frames points 3"], residual: Float[np.ndarray, "frames points"]
+) -> Bool[np.ndarray, " points"] | None:
+    """Columns that have no residual and no cameras in any frame: computed ones, where most others do have them."""
+    seen = is_seen(points)
+    marked = (seen & (residual != 0)).sum(0)
+    there = seen.any(0)
+    measured = there & (marked > 0.5 * seen.sum(0))
+    return there & (marked == 0) if 2 * measured.sum() > there.sum() else None
 
 
 def _about_count(file: C3dFile) -> list[str]:

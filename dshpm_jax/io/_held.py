@@ -12,6 +12,9 @@ FINEST_MM = 0.02
 """Millimetres; used in `held_points`: where numbers are written in larger steps, a point at rest stays the same for
 many frames. Noise of the best systems is about 0.02 mm in each direction."""
 
+MOST_VALUES = 100_000
+"""Coordinates; used in `_resolution`: more say nothing new."""
+
 MOVING_SHARE = 0.5
 """Of the other points that are seen; used in `held_points`: with fewer of them moving, the capture stands still."""
 
@@ -40,7 +43,7 @@ def held_points(points: Float[np.ndarray, "frames points 3"]) -> Bool[np.ndarray
     both = seen[1:] & seen[:-1]
     same = both & (points[1:] == points[:-1]).all(-1)
     moving = both & ~same
-    if not same.any() or _resolution(points, moving) > FINEST_MM:
+    if not same.any() or _resolution(points) > FINEST_MM:
         return held
     live = moving.sum(1) > MOVING_SHARE * np.maximum(both.sum(1) - 1, 0)
     quiet = same & live[:, None] & moving.any(0)
@@ -53,11 +56,11 @@ def held_points(points: Float[np.ndarray, "frames points 3"]) -> Bool[np.ndarray
     return held
 
 
-def _resolution(points: Float[np.ndarray, "frames points 3"], moving: Bool[np.ndarray, "steps points"]) -> float:
-    """The step in which the file writes its numbers, or less: the smallest change of a coordinate (mm)."""
-    change = np.abs(np.diff(points, axis=0)[moving])
-    change = change[change > 0]
-    return float(change.min()) if len(change) else np.inf
+def _resolution(points: Float[np.ndarray, "frames points 3"]) -> float:
+    """The step in which the file writes its numbers, or less: the smallest difference of two coordinates (mm)."""
+    values = points[np.isfinite(points)]
+    apart = np.diff(np.unique(values[:: max(1, len(values) // MOST_VALUES)]))
+    return float(apart.min(initial=np.inf))
 
 
 def _measured(steps: Float[np.ndarray, " steps"], first: int, last: int) -> int | None:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
+from glob import escape
 
 
 @dataclass(frozen=True)
@@ -22,6 +23,11 @@ class How:
         """
         said = [pattern for pattern in self.drop if _names(pattern.removeprefix("!"), names, number)]
         return None if not said else not said[-1].startswith("!")
+
+
+def kept(markers: Sequence[str]) -> list[str]:
+    """Patterns of `drop` by which columns with these names stay, whatever the reader thinks of them."""
+    return [f"!{escape(marker.rpartition(':')[2])}" for marker in markers]
 
 
 def _names(pattern: str, names: Sequence[str], number: int) -> bool:

@@ -30,7 +30,7 @@ def read(
         unlabelled: names of columns that count as none, besides those that capture systems give (see
             `Recording.labels`), with the wildcards of `fnmatch`, as in "ghost*"; such columns get an empty label.
         drop: names of columns to leave out, with wildcards, or their numbers in the file, as in "#12" (from 1); what
-            begins with "!" stays although an earlier pattern, or the file itself, tells against it.
+            begins with "!" stays although an earlier pattern or its own look as a computed point tells against it.
         frozen_gaps: whether a point of a moving capture that keeps its coordinates to the last bit over several frames
             counts as missing there.
 
