@@ -61,6 +61,7 @@ def _parser() -> argparse.ArgumentParser:
     how = model.add_mutually_exclusive_group()
     how.add_argument("--segments", type=Path, metavar="FILE", help="TOML file of segments and their markers")
     how.add_argument("--template", metavar="NAME", help="a known marker set")
+    model.add_argument("--markers", type=Path, metavar="XML", help="OpenSim's marker set beside an .osim file")
     add_reading(model)
     model.set_defaults(run=_model)
 
@@ -121,6 +122,8 @@ def _check_sources(arguments: argparse.Namespace) -> None:
     files = [path for path in arguments.recordings if path.suffix.lower() in io.SUBJECT_FILES]
     if files and len(arguments.recordings) > 1:
         raise UsageError(f"{files[0]}: a subject file makes a model alone; give it or recordings, not both")
+    if arguments.markers and not files:
+        raise UsageError(f"{arguments.markers}: a file of markers goes with an .osim file; leave out --markers")
     if files and (arguments.segments or arguments.template):
         raise UsageError(f"{files[0]}: a subject file says what its segments are; leave out --segments and --template")
 
@@ -128,7 +131,7 @@ def _check_sources(arguments: argparse.Namespace) -> None:
 def _made_model(arguments: argparse.Namespace) -> SubjectModel:
     """The model of one subject file, or of labelled recordings."""
     if arguments.recordings[0].suffix.lower() in io.SUBJECT_FILES:
-        return io.read_model(arguments.recordings[0])
+        return io.read_model(arguments.recordings[0], arguments.markers)
     recordings = [_read_labelled(path, reading(arguments)) for path in arguments.recordings]
     known = {name for r in recordings for name, named in zip(r.labels, r.labelled, strict=True) if named}
     segments = io.read_segments(arguments.segments, known) if arguments.segments else None

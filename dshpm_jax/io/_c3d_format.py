@@ -7,7 +7,7 @@ and a damaged file is an error and never a crash.
 
 import struct
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +18,7 @@ from dshpm_jax.io._c3d_extent import BLOCK, MAX_FRAMES_FIELD, extent_of
 from dshpm_jax.io._c3d_parameters import (
     CHAR,
     DEC,
+    FLOAT,
     INT,
     INTEL,
     MIPS,
@@ -32,6 +33,8 @@ from dshpm_jax.io._c3d_parameters import (
     with_parameters,
 )
 from dshpm_jax.io._errors import ReadError, WriteError
+
+MAX_PARAMETER_BLOCKS = 255
 
 
 @dataclass
@@ -119,8 +122,11 @@ def write_layout(file: C3dFile, path: Path) -> None:
     """Writes a C3D file, whole or not at all."""
     if file.points.shape[1] > 0xFFFF:
         raise WriteError(path, f"{file.points.shape[1]} points are more than a C3D file holds", "leave some out")
-    parameter_blocks = _blocks(len(pack_parameters(file.groups, file.processor)) + 4)
-    if parameter_blocks > 255:
+    try:
+        parameter_blocks = _blocks(len(pack_parameters(_with_starts(file, 0, 1 << 16), file.processor)) + 4)
+    except struct.error:  # a count or a length beyond 16 bits
+        parameter_blocks = MAX_PARAMETER_BLOCKS + 1
+    if parameter_blocks > MAX_PARAMETER_BLOCKS:
         raise WriteError(path, "its parameters are longer than a C3D file allows", "shorten labels and descriptions")
     write_whole(path, _chunks(file, parameter_blocks))
 
@@ -155,11 +161,17 @@ def _chunks(file: C3dFile, parameter_blocks: int) -> Iterator[bytes | memoryview
 
 def _with_starts(file: C3dFile, data_start: int, tail_start: int) -> list[Group]:
     """The parameters with the places of the data as they are in the new file."""
-    start = Parameter("DATA_START", INT, (), integers([data_start], file.processor))
-    groups = with_parameters(file.groups, "POINT", [start])
+    groups = with_parameters(file.groups, "POINT", [_start_of(data_start, file.processor)])
     if file.tail and file.number("ROTATION", "DATA_START"):  # rotations stand behind the last frame
-        groups = with_parameters(groups, "ROTATION", [replace(start, data=integers([tail_start], file.processor))])
+        groups = with_parameters(groups, "ROTATION", [_start_of(tail_start, file.processor)])
     return groups
+
+
+def _start_of(block: int, processor: int) -> Parameter:
+    """DATA_START; beyond 16 bits as a floating point number, as LONG_FRAMES is, since nothing else holds it."""
+    if block > 0xFFFF:
+        return Parameter("DATA_START", FLOAT, (), encode_floats([block], processor))
+    return Parameter("DATA_START", INT, (), integers([block], processor))
 
 
 def _parse(raw: np.ndarray, path: Path) -> C3dFile:

@@ -39,15 +39,20 @@ def write_model(model: SubjectModel, path: str | Path) -> None:
     write_whole(Path(path), [(_layout(head | encode(model)) + "\n").encode(errors="backslashreplace")])
 
 
-def read_model(path: str | Path) -> SubjectModel:
+def read_model(path: str | Path, markers: str | Path | None = None) -> SubjectModel:
     """Reads a model, or makes one of a subject file (`SUBJECT_FILES`).
+
+    Arguments:
+        markers: a file of markers beside a subject file, which has none or others (OpenSim's MarkerSet .xml).
 
     Raises:
         ReadError: the file cannot be read or is no model; it names the entry that is wrong.
     """
     path = Path(path)
     if path.suffix.lower() in SUBJECT_FILES:
-        return _from_subject_file(path)
+        return _from_subject_file(path, None if markers is None else Path(markers))
+    if markers is not None:
+        raise ReadError(path, "a file of markers goes with an .osim file alone", "leave it out")
     try:
         found = json.loads(path.read_bytes())
     except OSError as error:
@@ -67,8 +72,11 @@ def read_model(path: str | Path) -> SubjectModel:
     return model
 
 
-def _from_subject_file(path: Path) -> SubjectModel:
-    skeleton = SUBJECT_FILES[path.suffix.lower()](path)
+def _from_subject_file(path: Path, markers: Path | None) -> SubjectModel:
+    suffix = path.suffix.lower()
+    if markers is not None and suffix != ".osim":
+        raise ReadError(path, "a file of markers goes with an .osim file alone", "leave it out")
+    skeleton = SUBJECT_FILES[suffix](path) if markers is None else read_osim(path, markers)
     try:
         return SubjectModel.from_skeleton(skeleton, path.name)
     except ValueError as error:

@@ -100,3 +100,11 @@ def test_a_reader_of_our_lines_may_leave(folder):
     process.stdout.close()
     with process.stderr:
         assert process.wait(120) == 141 and process.stderr.read() == ""
+
+
+def test_a_file_of_markers_goes_with_a_model_of_opensim(folder, capsys):
+    status, _, err = command(capsys, "model", "walk.c3d", "-o", "new.json", "--markers", "set.xml")
+    assert status == 2 and "goes with an .osim file" in err
+    (folder / "leg.osim").write_text("<OpenSimDocument />")
+    status, _, err = command(capsys, "model", "leg.osim", "-o", "new.json", "--markers", "set.xml")
+    assert status == 1 and "set.xml: cannot be read" in err
