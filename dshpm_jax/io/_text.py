@@ -16,6 +16,9 @@ _FOREIGN = re.compile(
     rb"(?i)[\r\n](?:\xef\xbb\xbf|\xff\xfe|\xfe\xff)?[\s\",;]*(trajectories|format version|MARKER_NAMES\b)"
 )
 
+_EARLIER = re.compile(r'\s*"?(comment|info)\s*"?\s*[,;]', re.IGNORECASE)
+"""How the first line of an export by OptiTrack's earlier programs begins."""
+
 _SEARCHED, _AT_ONCE, _OVERLAP = 256 << 20, 1 << 20, 200
 """Bytes of a table that are looked through for trajectories, so many at a time, and how much of them twice."""
 
@@ -52,6 +55,9 @@ def _csv_table(file: TextLines) -> TextTable:
         return motive_table(file)
     if is_vicon(file):
         return vicon_table(file)
+    if _EARLIER.match(file.lines[0]):
+        wrong = "this is a CSV file of a system before Motive (Tracking Tools, Arena), whose layout is not known"
+        raise ReadError(file.path, wrong, "open it in Motive, or export C3D or TRC")
     wrong = "this is a CSV file neither of Vicon (no 'Trajectories') nor of Motive (no 'Format Version')"
     raise ReadError(file.path, wrong, "export trajectories, or C3D")
 
