@@ -21,6 +21,7 @@ from dshpm_jax.io._c3d_parameters import (
     integers,
     text_parameters,
 )
+from dshpm_jax.io._doubts import doubts
 from dshpm_jax.io._errors import NoPoints, ReadError
 from dshpm_jax.io._far import set_far_missing
 from dshpm_jax.io._raw import Raw
@@ -54,6 +55,8 @@ def raw_of(file: C3dFile, path: Path) -> Raw:
     notes += _about_count(file)
     notes += _set_missing(points, residual)
     notes += set_far_missing(points, MILLIMETRES[unit])
+    if file.disagreement and (wrong := doubts(points, ["a name"] * len(columns), rate)):
+        raise ReadError(path, f"{file.disagreement}; and as its size has it, {wrong[0]}", "export it again")
     names = tuple(labels[c] for c in columns)
     unmeasured = _unmeasured(points, residual)
     return Raw(path, points, names, tuple(columns), rate, unit, tuple(_prefixes(file)), unmeasured, tuple(notes))

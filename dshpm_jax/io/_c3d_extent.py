@@ -65,36 +65,49 @@ class _Header(NamedTuple):
         return self.last - self.first + 1 if self.last >= self.first and self.last > 0 else 0
 
 
-def extent_of(file: "C3dFile", raw: np.ndarray, path: "Path") -> Extent:
-    """The records of a file whose header and parameters are known.
+def extent_of(file: "C3dFile", raw: np.ndarray, path: "Path") -> tuple[Extent, str]:
+    """The records of a file whose header and parameters are known, and in what these disagree, if they do.
 
     Raises:
         ReadError: it ends before its frames do, or header and parameters disagree and its size fits neither.
     """
     header = _Header.of(file)
-    records = list(dict.fromkeys(_records(file, header)))
-    if not records:
+    told = list(_records(file, header, raw))
+    if not told:
         raise ReadError(path, "it does not say where its data start", "export it again")
     counts = _counts(file, header)
-    if len(records) == 1 and len(counts) == 1:
-        frames = _count_frames(file, header, records[0], raw, path) if records[0].bytes else 0
-        return records[0]._replace(frames=frames)
-    claims = [record._replace(frames=count) for record, count in itertools.product(records, counts)]
-    found = _by_size(file, [claim for claim in claims if claim.bytes], raw)
+    if len(set(told)) == 1 and len(counts) == 1:
+        frames = _count_frames(file, header, told[0], raw, path) if told[0].bytes else 0
+        return told[0]._replace(frames=frames), ""
+    claims = [record._replace(frames=count) for record, count in itertools.product(told, counts)]
+    found = _by_size(file, list(dict.fromkeys(claims)), raw)
+    wrong = f"its header and its parameters disagree ({_disagreement(claims)})"
     if found is None:
-        raise ReadError(path, _disagreement(claims, raw), "export it again")
-    return found
+        raise ReadError(path, f"{wrong}, and its size of {len(raw)} bytes fits neither", "export it again")
+    return found, wrong
 
 
 def _by_size(file: "C3dFile", claims: list[Extent], raw: np.ndarray) -> Extent | None:
-    """The claim that fits the size of the file: its frames end in the last block, and what is left of that is empty."""
-    whole = [found for found in claims if found.size <= len(_data(file, found, raw))]
+    """The claim that fits the size of the file: its frames end in the last block, and what is left of that is empty.
+
+    Of several it is the one that leaves nothing before the frames and the most behind them, all of it empty.
+    """
+    whole = [found for found in claims if _holds_data(file, found, raw)]
     empty = [found for found in whole if not _padding(file, found, raw).any()]
     last = [found for found in whole if len(_data(file, found, raw)) - found.size < BLOCK]
-    if last:
-        return min([found for found in last if found in empty] or last, key=lambda found: found.size)
-    followed = [found for found in empty if len(_padding(file, found, raw))]  # something of unknown size comes after
-    return followed[0] if len(followed) == 1 else None
+    if not last:  # something of unknown size comes after
+        followed = [found for found in empty if len(_padding(file, found, raw))]
+        return followed[0] if len(followed) == 1 else None
+    clean = [found for found in last if found in empty]
+    ranked = sorted(clean or last, key=lambda found: (found.start, found.size))
+    alike = len(ranked) > 1 and ranked[0].start == ranked[1].start and ranked[0].size == ranked[1].size
+    return None if alike else ranked[0]
+
+
+def _holds_data(file: "C3dFile", found: Extent, raw: np.ndarray) -> bool:
+    """Whether the last of the records is there and not empty, as it is where a claim goes beyond the data."""
+    data = _data(file, found, raw)
+    return 0 < found.size <= len(data) and bool(data[found.size - found.bytes : found.size].any())
 
 
 def _padding(file: "C3dFile", found: Extent, raw: np.ndarray) -> np.ndarray:
@@ -103,10 +116,12 @@ def _padding(file: "C3dFile", found: Extent, raw: np.ndarray) -> np.ndarray:
     return data[found.size : -(-found.size // BLOCK) * BLOCK]
 
 
-def _records(file: "C3dFile", header: _Header) -> Iterator[Extent]:
+def _records(file: "C3dFile", header: _Header, raw: np.ndarray) -> Iterator[Extent]:
     """Every record that header and parameters may mean, what the header says first."""
     used, started = file.number("POINT", "USED"), file.number("POINT", "DATA_START")
     starts = (header.start or int(started or 0), int(started or header.start))
+    behind = int(file.header[0]) + int(raw[(file.header[0] - 1) * BLOCK + 2])  # the parameters
+    starts = tuple(start for start in starts if start >= behind) or starts
     points = (header.points, header.points if used is None else int(used))
     words = [2 if scale > 0 else 4 for scale in (file.scale, file.number("POINT", "SCALE") or file.scale)]
     for start, some, more, word in itertools.product(starts, points, _samples(file, header), words):
@@ -124,7 +139,7 @@ def _samples(file: "C3dFile", header: _Header) -> list[int]:
     told = int(channels) * round(ratio)
     if told == header.samples or not channels or not ratio or abs(ratio - round(ratio)) > 0.01 * ratio:
         return [header.samples] if channels or not header.samples else [header.samples, 0]
-    return [header.samples, told, int(channels) * header.ratio, header.samples * round(ratio)]
+    return [header.samples, int(channels) * header.ratio, header.samples * round(ratio), told]
 
 
 def _counts(file: "C3dFile", header: _Header) -> list[int]:
@@ -147,15 +162,14 @@ def _data(file: "C3dFile", record: Extent, raw: np.ndarray) -> np.ndarray:
     return raw[begin : rotations if begin < rotations <= len(raw) else len(raw)]
 
 
-def _disagreement(told: list[Extent], raw: np.ndarray) -> str:
+def _disagreement(told: list[Extent]) -> str:
     """What does not fit, in numbers of the header and of a parameter."""
     parts = []
     for field, name in _FIELDS.items():
         values = dict.fromkeys(getattr(one, field) for one in told)
         if len(values) > 1:
             parts.append(f"{name}: {' or '.join(map(str, values))}")
-    what = ", ".join(parts) or "the size of a number: 2 or 4 bytes"
-    return f"its header and its parameters disagree ({what}), and its size of {len(raw)} bytes fits neither"
+    return ", ".join(parts) or "the size of a number: 2 or 4 bytes"
 
 
 def _count_frames(file: "C3dFile", header: _Header, record: Extent, raw: np.ndarray, path: "Path") -> int:

@@ -48,6 +48,7 @@ class C3dFile:
         points: the record of each point, opaque bytes of `record_bytes`.
         analog: all that follows the points in each frame's record.
         tail: what follows the last frame (from the next block on).
+        disagreement: of header and parameters about the records, where the size of the file had to decide.
     """
 
     header: bytes
@@ -56,6 +57,7 @@ class C3dFile:
     points: Shaped[np.ndarray, "frames points"]
     analog: UInt8[np.ndarray, "frames analog_bytes"]
     tail: bytes = b""
+    disagreement: str = ""
 
     @property
     def scale(self) -> float:
@@ -191,7 +193,7 @@ def _parse(raw: np.ndarray, path: Path) -> C3dFile:
     if end > len(raw):
         raise ReadError(path, "it ends within its parameters (truncated)", "copy or export it again")
     file.groups = unpack_parameters(raw[begin + 4 : end].tobytes(), processor)
-    found = extent_of(file, raw, path)
+    found, file.disagreement = extent_of(file, raw, path)
     data = raw[(found.start - 1) * BLOCK :]
     records = data[: found.size].reshape(found.frames, found.bytes)
     point_bytes = 4 * found.points * found.word

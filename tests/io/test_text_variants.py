@@ -1,4 +1,4 @@
-"""Text files as programs and people really write them: other marks, words, encodings, and more or less than they say."""
+"""Text files as programs and people write them: other marks, words, encodings, and more or less than they say."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,8 @@ def saved(tmp_path, name, content):
 
 
 def trc(rows, labels="A\t\t\t", frames=3, markers=1, axes="\t\tX1\tY1\tZ1\n\n"):
-    return f"PathFileType\t4\t(X/Y/Z)\ta.trc\n{KEYS}100\t100\t{frames}\t{markers}\tmm\nFrame#\tTime\t{labels}\n{axes}{rows}"
+    values = f"100\t100\t{frames}\t{markers}\tmm"
+    return f"PathFileType\t4\t(X/Y/Z)\ta.trc\n{KEYS}{values}\nFrame#\tTime\t{labels}\n{axes}{rows}"
 
 
 RAW = "1\t0.000\t1\t2\t3\t\n2\t0.010\t1\t2\t3\t4\t5\t6\t\n3\t0.020\t\n"
