@@ -26,7 +26,11 @@ class How:
 
 
 def kept(markers: Sequence[str]) -> list[str]:
-    """Patterns of `drop` by which columns with these names stay, whatever the reader thinks of them."""
+    """Patterns for `drop` of `read` by which columns stay, however much they look like computed points.
+
+    Arguments:
+        markers: their names, with or without a subject's prefix.
+    """
     return [f"!{escape(marker.rpartition(':')[2])}" for marker in markers]
 
 

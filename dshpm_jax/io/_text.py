@@ -13,7 +13,7 @@ from dshpm_jax.io._trc import trc_table
 from dshpm_jax.io._vicon_csv import is_vicon, vicon_table
 
 _FOREIGN = re.compile(
-    rb"(?i)[\r\n](?:\xef\xbb\xbf|\xff\xfe|\xfe\xff)?[\s\",;]*(trajectories|format version|MARKER_NAMES\b)"
+    rb"(?i)[\r\n](?:\xef\xbb\xbf|\xff\xfe|\xfe\xff)?[\s\",;]*(trajectories|format version|(MARKER|BODY)_NAMES\b)"
 )
 
 _EARLIER = re.compile(r'\s*"?(comment|info)\s*"?\s*[,;]', re.IGNORECASE)
