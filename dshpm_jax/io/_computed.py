@@ -19,7 +19,7 @@ EXACT_MM = 0.003
 LEAST_FRAMES = 30
 """Frames; used in `computed_points`: fewer say too little."""
 
-MOST_FRAMES = 200
+MOST_FRAMES = 100
 """Frames; used in `computed_points`: more say nothing new."""
 
 SEEN_SHARE = 0.9

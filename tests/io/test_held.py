@@ -31,6 +31,30 @@ def test_a_held_value_is_a_gap(first, last):
     np.testing.assert_array_equal(held_points(frozen(moving(), 2, first, last)), expected)
 
 
+@pytest.mark.parametrize("step", [0.001, 0.1, 1.0])
+def test_in_coarse_numbers_the_leap_tells(step):
+    points = (frozen(moving(), 2, 20, 25) / step).round() * step
+    assert np.argwhere(held_points(points)).tolist() == [[t, 2] for t in range(21, 26)]
+
+
+def test_a_long_gap_in_a_motion_that_comes_back():
+    turn = np.arange(FRAMES) / FRAMES * 4 * np.pi
+    points = moving()
+    points[:, 2] = single(400 * np.stack([np.sin(turn), np.cos(turn), turn / 9], axis=-1))
+    held = held_points(frozen(points, 2, 10, 45))
+    assert np.flatnonzero(held[:, 2]).tolist() == list(range(11, 46)) and held.sum() == 35
+
+
+def single(points):
+    return points.astype(np.float32).astype(float)
+
+
+def test_a_point_at_rest_in_coarse_numbers_is_no_gap():
+    points = moving(speed=3.0)
+    points[:, 2] = points[0, 2] + np.linspace(0, 2, FRAMES)[:, None] ** 2
+    assert not held_points((points / 0.1).round() * 0.1).any()
+
+
 @pytest.mark.parametrize("first, last", [(20, 25), (0, 5)])
 def test_a_value_may_be_held_from_behind(first, last):
     expected = np.zeros((FRAMES, 6), bool)
