@@ -8,7 +8,7 @@ MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0}
 """How many millimetres a unit has."""
 
 FARTHEST_MM = 1e9
-"""No system measures a point a thousand kilometres away; what a file has there was not seen."""
+"""Millimetres; a model that holds longer lengths is none."""
 
 LOWEST_RATE, HIGHEST_RATE = 0.01, 1e6
 """Frames a second that no motion is captured below, and that no camera exceeds."""
