@@ -10,7 +10,8 @@ from jaxtyping import Bool, Float
 from dshpm_jax._geometry import is_seen
 
 UNLABELLED = re.compile(
-    r"(\*\d*|U_?\d+|[Uu]nlabel+ed.*|[Uu]nidentified.*|New \d+|uname.*|M\d{3,}|C_\d+|x\d{2,}|\d+ \d+|)"
+    r"(\*\d*|#\d*|\*?[Uu]nnamed.*|U_?\d+|[Uu]nlabel+ed.*|[Uu]nidentified.*|New \d+|uname.*|M\d{3,}|C_\d+|x\d{2,}"
+    r"|\d+ \d+|)"
 )
 """Names that capture systems give to columns that nobody has named (matched in full)."""
 
@@ -38,6 +39,7 @@ class Recording:
         unit: the file's own length unit, in which it is written back: "mm", "cm" or "m".
         source: the file that it came from, if any.
         columns: for each column of `points` its column in the source file (model outputs are left out of `points`).
+        notes: what was doubtful about the source file, a sentence each.
     """
 
     points: Float[np.ndarray, "frames points 3"]
@@ -46,6 +48,7 @@ class Recording:
     unit: str = "mm"
     source: Path | None = None
     columns: tuple[int, ...] = field(default=())
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self):
         points = np.asarray(self.points)
@@ -75,3 +78,29 @@ class Recording:
     def frames(self, start: int | None = None, stop: int | None = None) -> "Recording":
         """The same recording cut to frames `start` to `stop`; it no longer stands for its source file."""
         return replace(self, points=self.points[start:stop], source=None)
+
+
+def of_one_name(recording: Recording) -> dict[str, list[int]]:
+    """Names that several columns have in which something is seen, and those columns."""
+    found: dict[str, list[int]] = {}
+    for column in np.flatnonzero(recording.labelled & recording.present.any(0)):
+        found.setdefault(recording.labels[column], []).append(int(column))
+    return {name: columns for name, columns in found.items() if len(columns) > 1}
+
+
+def check_names_apart(recording: Recording, take_turns: bool = True) -> None:
+    """Raises ValueError where two columns have one name.
+
+    Arguments:
+        take_turns: whether they may, in frames of their own.
+    """
+    for name, columns in of_one_name(recording).items():
+        together = int((recording.present[:, columns].sum(1) > 1).sum())
+        if together or not take_turns:
+            numbers = [recording.columns[column] + 1 for column in columns]
+            where = " and ".join(map(str, numbers))
+            source = recording.source.name if recording.source else "an unnamed recording"
+            raise ValueError(
+                f"{source}: columns {where} are both named {name!r}, in {together} frames at the same time; rename "
+                f"one, or leave one out with --drop '#{numbers[-1]}'"
+            )

@@ -24,7 +24,7 @@ LEVELS = [
     {"_model_building", "_scoring", "_subjects"},
     {"_labelling", "_requests"},
     {"_kernels", "io", "synthesis"},
-    {"_driver", "_control", "_pretracking"},
+    {"_driver", "_control", "_pretracking", "_reading"},
     {"_label", "_live", "_check"},
     {"evaluation", "report", "_reconstruction"},
     {"_archive", "_demo", "_experiments"},

@@ -7,6 +7,7 @@ from dshpm_jax._archive.outcomes import FAILED as FAILED
 from dshpm_jax._archive.outcomes import KEPT as KEPT
 from dshpm_jax._archive.outcomes import LABELLED as LABELLED
 from dshpm_jax._archive.outcomes import PARTLY as PARTLY
+from dshpm_jax._archive.outcomes import PASSED as PASSED
 from dshpm_jax._archive.outcomes import Outcome as Outcome
 from dshpm_jax._archive.result_status import Due as Due
 from dshpm_jax._archive.run import Order as Order

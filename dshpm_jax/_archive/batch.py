@@ -10,7 +10,7 @@ from pathlib import Path
 from dshpm_jax import io
 from dshpm_jax._archive.hashes import INPUT, MODEL, SETTINGS, hash_file, hash_settings, read_models
 from dshpm_jax._archive.jobs import Job
-from dshpm_jax._archive.outcomes import KEPT, Outcome, failed, figures_of, judged
+from dshpm_jax._archive.outcomes import KEPT, PASSED, Outcome, failed, figures_of, judged
 from dshpm_jax._archive.results import ResultKept, write_result
 from dshpm_jax._compile_cache import cache_programs
 from dshpm_jax._labelling import Labelling
@@ -43,20 +43,25 @@ def label_batch(jobs: Sequence[Job], out: Path, settings: Settings) -> list[Outc
             if job.models not in models:
                 models[job.models] = read_models(job.models)
             loaded.append(_load(job, *models[job.models], settings))
+        except io.NoPoints as error:
+            outcomes.append(Outcome(job, PASSED, f"{error} (passed over)"))
         except Exception as error:
             outcomes.append(failed(job, error))
     for item, answer in zip(loaded, _answers(loaded, settings), strict=True):
         if isinstance(answer, Labelling):
-            outcomes.append(_keep(item, answer, out, settings))
+            outcome = _keep(item, answer, out, settings)
         else:
-            outcomes.append(failed(item.job, answer, item.hashes))
+            outcome = failed(item.job, answer, item.hashes)
+        outcomes.append(dataclasses.replace(outcome, notes=item.recording.notes))
     return _shared(outcomes, time.perf_counter() - start)
 
 
 def _load(job: Job, model: SubjectModel, model_hash: str, settings: Settings) -> _Loaded:
     # Hashed before it is read: if it changes meanwhile, the hash after labelling is another.
     hashes = {INPUT: hash_file(job.source), SETTINGS: hash_settings(settings), MODEL: model_hash}
-    return _Loaded(job, io.read(job.source, settings.unlabelled), model, hashes)
+    drop = [*io.kept(model.markers), *settings.drop]
+    recording = io.read(job.source, settings.unlabelled, drop, settings.frozen_gaps)
+    return _Loaded(job, recording, model, hashes)
 
 
 def _answers(loaded: Sequence[_Loaded], settings: Settings) -> Iterator[Labelling | Exception]:

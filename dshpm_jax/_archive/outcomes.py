@@ -14,7 +14,7 @@ from dshpm_jax._labelling import Labelling
 from dshpm_jax._settings import Settings
 from dshpm_jax._types import NO_MATCH
 
-LABELLED, PARTLY, KEPT, FAILED = "labelled", "partly labelled", "kept", "failed"
+LABELLED, PARTLY, KEPT, FAILED, PASSED = "labelled", "partly labelled", "kept", "failed", "passed over"
 
 
 @dataclass(frozen=True)
@@ -23,13 +23,14 @@ class Outcome:
 
     Attributes:
         outcome: LABELLED, PARTLY (fewer markers found than `Settings.completeness` asks for), KEPT (a file is there
-            that is not overwritten) or FAILED.
+            that is not overwritten), FAILED or PASSED (a sound file that holds no points).
         message: one line that names the file, unless all is well; of a labelled file, that its model is doubtful.
         hashes: of the input, the model and the settings, as far as they are known.
         figures: of the result, if there is one.
         seconds: the file's share of the time that its batch took.
         was_there: whether the result was there before and nothing had to be done.
         detail: the traceback of what failed, for the log.
+        notes: what was doubtful about the recording, a sentence each.
     """
 
     job: Job
@@ -40,11 +41,12 @@ class Outcome:
     seconds: float | None = None
     was_there: bool = False
     detail: str = ""
+    notes: tuple[str, ...] = ()
 
     @property
     def ok(self) -> bool:
         """Whether the folder of the results now holds what was asked for."""
-        return self.outcome == LABELLED
+        return self.outcome in (LABELLED, PASSED)
 
 
 def judged(job: Job, settings: Settings, hashes: Mapping[str, str], figures: Mapping[str, Any], was_there=False):

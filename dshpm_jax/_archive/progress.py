@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from dshpm_jax._archive.jobs import Job
-from dshpm_jax._archive.outcomes import FAILED, KEPT, LABELLED, PARTLY, Outcome
+from dshpm_jax._archive.outcomes import FAILED, KEPT, LABELLED, PARTLY, PASSED, Outcome
 from dshpm_jax._console import complain, say
 from dshpm_jax._messages import UsageError
 
@@ -57,18 +57,22 @@ class Progress:
 
     @property
     def all_labelled(self) -> bool:
-        return self.counts[LABELLED] == len(self._sizes)
+        """Whether every file is labelled that there is anything to label in."""
+        return self.counts[LABELLED] + self.counts[PASSED] == len(self._sizes)
 
     def end(self, out: Path) -> None:
         """Takes the bar away and says how it went."""
         if self._bar is not None:
             self._bar.close()
-        counts = [f"{self.counts[what]} {what}" for what in (PARTLY, KEPT, FAILED) if self.counts[what]]
+        counts = [f"{self.counts[what]} {what}" for what in (PARTLY, KEPT, PASSED, FAILED) if self.counts[what]]
         line = ", ".join([f"{self.counts[LABELLED]} of {len(self._sizes)} recordings labelled", *counts])
         say(f"{line}, results in {out}")
         _log.info("%s", line)
 
     def _tell(self, outcome: Outcome) -> None:
+        for note in outcome.notes:
+            complain(f"{outcome.job.source}: {note}")
+            _log.warning("%s: %s", outcome.job.source, note)
         if outcome.message:
             complain(outcome.message)
             _log.warning("%s", outcome.message)

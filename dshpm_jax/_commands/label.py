@@ -17,7 +17,7 @@ from dshpm_jax._archive.run import Executor, Order, label_archive, label_here, w
 from dshpm_jax._archive.workers import local_workers, workers_of
 from dshpm_jax._commands.statuses import FAILURES, OK
 from dshpm_jax._compile_cache import cache_folder
-from dshpm_jax._console import add_unlabelled, complain, say
+from dshpm_jax._console import add_reading, complain, say
 from dshpm_jax._messages import UsageError
 from dshpm_jax._settings import Settings
 from dshpm_jax.io import WriteError
@@ -58,7 +58,7 @@ def add_options(label: argparse.ArgumentParser) -> None:
         metavar="X",
         help="a file with fewer of its markers found counts as partly labelled (default: 0.5)",
     )
-    add_unlabelled(how)
+    add_reading(how)
     run = label.add_argument_group("the run")
     run.add_argument("--dry-run", action="store_true", help="list what would be done, with which model; write nothing")
     run.add_argument("--force", action="store_true", help="make earlier results again, even if nothing changed")
@@ -145,6 +145,8 @@ def _settings(arguments: argparse.Namespace) -> Settings:
         "completeness": arguments.completeness,
         "min_confidence": arguments.confidence,
         "unlabelled": arguments.unlabelled or None,
+        "drop": arguments.drop or None,
+        "frozen_gaps": False if arguments.keep_frozen else None,
     }
     try:
         settings = Settings.from_toml(arguments.settings) if arguments.settings else Settings()

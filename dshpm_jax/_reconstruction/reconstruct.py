@@ -10,7 +10,7 @@ from dshpm_jax._reconstruction.filling import marker_points
 from dshpm_jax._reconstruction.interpolation import interpolate
 from dshpm_jax._reconstruction.motion import Found, Motion
 from dshpm_jax._reconstruction.rigid import SegmentPoses, rigid_poses
-from dshpm_jax._recording import Recording
+from dshpm_jax._recording import Recording, check_names_apart
 from dshpm_jax._types import NO_PARENT
 
 BRIDGED_SECONDS = 1.0
@@ -61,6 +61,7 @@ def _named(labelled: Labelling | Recording, model: SubjectModel | None) -> tuple
         raise ValueError("a recording needs the model of its subject; give reconstruct(recording, model)")
     if not set(labelled.labels) & set(model.markers):
         raise ValueError("none of its labels is in the model; give a labelled recording and the model of its subject")
+    check_names_apart(labelled, take_turns=False)
     return labelled, model
 
 
