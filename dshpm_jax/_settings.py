@@ -34,8 +34,8 @@ class Settings:
         tolerance_floor, tolerance_ratio: see `spread_factor`.
         rescale: the model is another subject's of the same marker set; "full" first makes it fit each recording.
         min_confidence: "full" withholds labels that are less likely to be right than this.
-        completeness: share of the model's markers, averaged over frames, under which a file counts as partly
-            labelled.
+        completeness: a file counts as partly labelled if fewer of the points that are there to be labelled have a
+            label (a share; false points and markers that are not seen are not counted).
         unlabelled: names of columns that count as none, besides those that capture systems give, with the wildcards
             `*` and `?`, as in "ghost*"; see `read`.
         drop: names of columns to leave out, with wildcards, or their numbers, as in "#12"; see `read`.
