@@ -4,6 +4,8 @@ from commands import command
 from making import make_recording
 
 from dshpm_jax import io
+from dshpm_jax._commands.model import TEMPLATES
+from dshpm_jax._model_building.templates import TEMPLATES as known_templates
 
 MARKERS = ["LASI", "RASI", "SACR"]
 
@@ -49,4 +51,9 @@ def test_model_with_a_wrong_segments_file(folder, capsys):
 
 def test_model_with_an_unknown_template(folder, capsys):
     status, _, err = command(capsys, "model", "walk.c3d", "-o", "new.json", "--template", "octopus")
-    assert status == 1 and "octopus" in err and err.count("\n") == 1
+    assert status == 2 and "octopus" in err and "plug-in-gait" in err
+    assert not (folder / "new.json").exists()
+
+
+def test_templates_of_the_command_are_those_that_there_are():
+    assert TEMPLATES == tuple(sorted(known_templates))
