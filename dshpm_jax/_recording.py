@@ -206,6 +206,8 @@ def _no_such_column(label: object, labels: Sequence[str]) -> str:
     if not isinstance(label, str):
         return f"a column is asked for by its name, got {label!r}"
     named = {name.lower(): name for name in labels if not is_unlabelled(name)}
-    near = [named[name] for name in get_close_matches(bare_label(label).lower(), list(named), cutoff=0.5)]
+    wanted = bare_label(label).lower()
+    close = [wanted] if wanted in named else get_close_matches(wanted, list(named), cutoff=0.5)
+    near = [named[name] for name in close]
     some = ", ".join(list(named.values())[:SHOWN_NAMES]) or "none"
     return f"no column is called {label!r}; " + (f"did you mean {' or '.join(near)}?" if near else f"there are {some}")

@@ -46,7 +46,7 @@ def size_doubt(recording: Recording, model: SubjectModel | None = None) -> str |
     if not size > 0:
         return None
     who = recording.source.name if recording.source else "the recording"
-    remedy = "give Recording(..., points_unit=...) the unit of your points, or correct the unit in the file"
+    remedy = "points count as millimetres: say Recording(..., points_unit=...), or correct the unit in the file"
     if not SMALLEST_MM <= size <= LARGEST_MM:
         return f"{who}: its points are spread over {_length(size)}, which is no body's size; {remedy}"
     known = _extent_of_model(model) if model is not None else np.nan
