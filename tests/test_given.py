@@ -19,10 +19,8 @@ def files(tmp_path_factory):
 @pytest.mark.parametrize("way", [str, lambda path: path], ids=["text", "path"])
 def test_a_model_of_files(files, way):
     known = SubjectModel.from_recordings([read(files / "rom.c3d"), read(files / "walk.c3d")])
-    for given in (
-        [way(files / "rom.c3d"), way(files / "walk.c3d")],
-        [read(files / "rom.c3d"), way(files / "walk.c3d")],
-    ):
+    rom, walk = way(files / "rom.c3d"), way(files / "walk.c3d")
+    for given in ([rom, walk], [read(rom), walk]):
         found = SubjectModel.from_recordings(given)
         np.testing.assert_array_equal(found.pair_mean, known.pair_mean)
     one = SubjectModel.from_recordings(rom)

@@ -40,10 +40,11 @@ def to_time_series(recording: Recording) -> Any:
     toolkit = optional("kineticstoolkit", "to_kineticstoolkit")
     series = toolkit.TimeSeries()
     series.time = np.arange(recording.num_frames) / recording.rate
-    for column, name in enumerate(distinct(recording.labels)):
+    names = distinct(recording.labels)
+    series.data_info = {name: {"Unit": UNIT} for name in names}  # as a whole: what newer versions give is a copy
+    for column, name in enumerate(names):
         place = recording.points[:, column] / MILLIMETRES[UNIT]
         series.data[name] = np.column_stack([place, np.where(recording.present[:, column], 1.0, np.nan)])
-        series.data_info[name] = {"Unit": UNIT}
     return series
 
 

@@ -32,8 +32,10 @@ def test_there_and_back(recording):
 
 def test_kineticstoolkit_itself():
     toolkit = pytest.importorskip("kineticstoolkit")
-    series = make_recording(9, ["LKNE", "RKNE"]).to_kineticstoolkit()
-    assert isinstance(series, toolkit.TimeSeries) and series.data_info["LKNE"]["Unit"] == "m"
+    recording = make_recording(9, ["LKNE", "RKNE"])
+    made = recording.to_kineticstoolkit()
+    assert isinstance(made, toolkit.TimeSeries) and made.data_info["LKNE"]["Unit"] == "m"
+    np.testing.assert_allclose(Recording.from_kineticstoolkit(made)["RKNE"], recording["RKNE"], rtol=1e-12)
 
 
 def series(frames=5, **data_info):
