@@ -82,11 +82,13 @@ def made_of(recordings: Sequence[Recording], arguments: argparse.Namespace, out:
 
 def chosen_in(folder: Path, arguments: argparse.Namespace) -> list[Recording]:
     """The recordings of a folder that a model is to be made of; says which, and why not the others."""
-    if arguments.check:
-        cache_programs()
-    from dshpm_jax._model_choice import choose  # imports scipy, and jax where labels are compared
+    from dshpm_jax._model_choice import choose, compare_labels  # imports scipy
 
-    choice = choose(folder, arguments.unlabelled, arguments.check)
+    choice = choose(folder, arguments.unlabelled)
+    if arguments.check and len(choice.used) > 1:
+        say(f"{folder}: comparing the labels of {len(choice.used)} recordings; --no-check leaves that out")
+        cache_programs()
+        compare_labels(choice)
     for line in choice.lines():
         say(line)
     return choice.used

@@ -47,24 +47,30 @@ class Choice:
             yield f"{self.folder}: {count} no label: {_some([path.name for path in self.unlabelled])}"
 
 
-def choose(folder: Path, unlabelled: Sequence[str] = (), check: bool = True) -> Choice:
-    """Chooses among the recordings that a folder holds directly.
+def choose(folder: Path, unlabelled: Sequence[str] = ()) -> Choice:
+    """Chooses among the recordings that a folder holds directly; `unlabelled` is that of `io.read`.
 
-    Left out are results of this program, files that cannot be read, recordings without a label or of another body,
-    those that hardly move beside livelier ones and add no marker, and those whose labels the model of the others
-    contradicts.
-
-    Arguments:
-        unlabelled: as for `io.read`.
-        check: whether labels are compared with the model of the others, which takes by far the longest.
+    Left out are results of this program, files that cannot be read, recordings without a label or of another body, and
+    those that hardly move beside livelier ones and add no marker. Labels are not compared (`compare_labels`).
     """
     found: Found = find(folder, unlabelled)
     choice = Choice(folder, found.labelled, left_out=found.left_out, unlabelled=found.unlabelled)
     _of_one_body(choice)
     _lively(choice)
-    if check and len(choice.used) > 1:
-        _rightly_labelled(choice)
     return choice
+
+
+def compare_labels(choice: Choice) -> None:
+    """Leaves out recordings whose labels the model of the others contradicts, or says that two contradict each other.
+
+    This takes by far the longest: each recording is checked against a model of others.
+    """
+    verdict = find_wrong_labels(choice.used)
+    paths = [_path(r) for r in choice.used]
+    for k, what in verdict.undecided.items():
+        others = _some([paths[i].name for i in verdict.kept if i != k])
+        choice.notes[paths[k]] = f"but the model of {others} says: {what}; look which of them is right"
+    _leave_out(choice, {paths[k]: f"the model of the others says: {what}" for k, what in verdict.wrong.items()})
 
 
 def _of_one_body(choice: Choice) -> None:
@@ -100,16 +106,6 @@ def _lively(choice: Choice) -> None:
         else:
             why_not[path] = f"it {what} and adds no marker"
     _leave_out(choice, why_not)
-
-
-def _rightly_labelled(choice: Choice) -> None:
-    """Leaves out recordings with wrong labels, or says that two contradict each other."""
-    verdict = find_wrong_labels(choice.used)
-    paths = [_path(r) for r in choice.used]
-    for k, what in verdict.undecided.items():
-        others = _some([paths[i].name for i in verdict.kept if i != k])
-        choice.notes[paths[k]] = f"but the model of {others} says: {what}; look which of them is right"
-    _leave_out(choice, {paths[k]: f"the model of the others says: {what}" for k, what in verdict.wrong.items()})
 
 
 def _leave_out(choice: Choice, why: dict[Path, str]) -> None:
