@@ -18,6 +18,10 @@ class Reading(TypedDict):
     frozen_gaps: bool
 
 
+AS_USUAL: Reading = {"unlabelled": [], "drop": [], "frozen_gaps": True}
+"""How files are read where nobody says otherwise."""
+
+
 def reading(arguments: argparse.Namespace) -> Reading:
     """What the options of `add_reading` say."""
     return {

@@ -26,7 +26,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """The options of `reconstruct`."""
     parser.add_argument("recordings", nargs="+", type=Path, metavar="LABELLED", help="labelled C3D or TRC file")
     parser.add_argument("--model", type=Path, required=True, metavar="MODEL", help="model of the subject")
-    parser.add_argument("-o", dest="out", type=Path, required=True, metavar="OUT", help="folder for the results")
+    parser.add_argument(
+        "-o", "--output", dest="out", type=Path, required=True, metavar="OUT", help="folder for the results"
+    )
     parser.add_argument("--fill", action="store_true", help="fill the gaps of markers too, and write them as C3D")
     parser.add_argument("--max-gap", type=float, metavar="SECONDS", help="leave longer gaps open (default: none)")
     parser.add_argument("--force", action="store_true", help="overwrite earlier results")

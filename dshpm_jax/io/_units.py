@@ -2,10 +2,8 @@
 
 from pathlib import Path
 
+from dshpm_jax._recording import MILLIMETRES as MILLIMETRES
 from dshpm_jax.io._errors import ReadError
-
-MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0}
-"""How many millimetres a unit has."""
 
 FARTHEST_MM = 1e9
 """Millimetres; a model that holds longer lengths is none."""
