@@ -10,7 +10,7 @@ from dshpm_jax._compile_cache import cache_programs
 from dshpm_jax._console import add_reading, complain, say
 from dshpm_jax._messages import UsageError
 from dshpm_jax._model import SubjectModel
-from dshpm_jax._reading import Reading, read_aloud, say_joined
+from dshpm_jax._reading import Reading, read_aloud, reading, say_joined
 from dshpm_jax._recording import Recording, check_names_apart
 
 ABOUT = "a marker model from labelled recordings of the subject"
