@@ -1,21 +1,37 @@
+# PYTHON_ARGCOMPLETE_OK
 """The command line: builds the parser, runs one command and gives its exit status."""
 
 import argparse
+import os
 import sys
-from collections.abc import Sequence
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from importlib import import_module
+from textwrap import indent
+from typing import TextIO
 
 import dshpm_jax
 from dshpm_jax._commands import COMMANDS
-from dshpm_jax._commands.statuses import INTERRUPTED, WRONG_USAGE
+from dshpm_jax._commands.examples import EXAMPLES
+from dshpm_jax._commands.statuses import INTERRUPTED, PIPE_CLOSED, WRONG_USAGE
 from dshpm_jax._console import complain
-from dshpm_jax._messages import UsageError
+from dshpm_jax._messages import UsageError, one_line
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs one command and gives its exit status."""
-    arguments = _parser().parse_args(argv)
+    parser = _parser()
+    if "_ARGCOMPLETE" in os.environ:  # the shell asks what could come next
+        import_module("argcomplete").autocomplete(parser)
+    arguments = parser.parse_args(argv)
     try:
-        return arguments.run(arguments)
+        with _warnings_as_lines():
+            status = arguments.run(arguments)
+        sys.stdout.flush()
+        return status
+    except BrokenPipeError:
+        return _without_reader()
     except UsageError as error:
         complain(error)
         return WRONG_USAGE
@@ -24,15 +40,50 @@ def main(argv: Sequence[str] | None = None) -> int:
         return INTERRUPTED
 
 
+def _without_reader() -> int:
+    """Whoever read our lines has enough of them, as `head` may: nothing more is written there, not even at the end."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return PIPE_CLOSED
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser("dshpm-jax", description="Labels optical motion capture.")
     parser.add_argument("--version", action="version", version=f"dshpm-jax {dshpm_jax.__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     for name, command in COMMANDS.items():
-        options = commands.add_parser(name, help=command.ABOUT)
+        options = commands.add_parser(
+            name,
+            help=command.ABOUT,
+            description=f"{command.ABOUT[0].upper()}{command.ABOUT[1:]}.",
+            epilog=f"examples:\n{indent(EXAMPLES[name], '  ')}",
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
         command.add_options(options)
         options.set_defaults(run=command.run)
     return parser
+
+
+@contextmanager
+def _warnings_as_lines() -> Iterator[None]:
+    """What the library warns of is said like all that a command says, without a line of source."""
+    with warnings.catch_warnings():
+        others = warnings.showwarning
+
+        def show(
+            message: Warning | str,
+            category: type[Warning],
+            filename: str,
+            lineno: int,
+            file: TextIO | None = None,
+            line: str | None = None,
+        ) -> None:
+            if category is UserWarning:
+                complain(one_line(str(message)))
+            else:
+                others(message, category, filename, lineno, file, line)
+
+        warnings.showwarning = show
+        yield
 
 
 if __name__ == "__main__":

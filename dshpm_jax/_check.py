@@ -6,8 +6,9 @@ import numpy as np
 
 from dshpm_jax._control.uses.audit import Doubt, audit
 from dshpm_jax._driver import Driver
+from dshpm_jax._given import GivenModel, GivenRecording, model_of, recording_of
 from dshpm_jax._model import SubjectModel
-from dshpm_jax._recording import Recording
+from dshpm_jax._recording import Recording, check_names_apart
 from dshpm_jax._settings import Settings
 from dshpm_jax._types import NO_MATCH
 
@@ -34,7 +35,7 @@ class Finding:
 
 
 def check(
-    recording: Recording, model: SubjectModel, settings: Settings | None = None, driver: Driver | None = None
+    recording: GivenRecording, model: GivenModel, settings: Settings | None = None, driver: Driver | None = None
 ) -> list[Finding]:
     """What is wrong with the labels of a recording: exchanged, on another marker's point, on no marker, or lacking;
     and where a labelled point leaps off its place for some frames.
@@ -43,19 +44,22 @@ def check(
     wrong ones. Labels that the model does not know are taken for none.
 
     Arguments:
-        recording: points in millimetres, its columns labelled.
-        model: of the subject; best made from other recordings.
+        recording: points in millimetres, its columns labelled; or its file.
+        model: of the subject, or its file; best made from other recordings.
         settings, driver: as for `label`; the method is always "full".
 
     Returns:
         findings in the order of columns and frames.
 
     Raises:
-        ValueError: the model knows none of the labels, or has no neighbourhoods.
+        ReadError: a file cannot be read.
+        ValueError: the model knows none of the labels, or has no neighbourhoods, or two columns have one label.
     """
+    recording, model = recording_of(recording), model_of(model)
     seen = np.flatnonzero(recording.present.any(0))
     if not {recording.labels[column] for column in seen} & set(model.markers):
         raise ValueError("none of its labels is in the model; give a labelled recording and the model of its subject")
+    check_names_apart(recording)
     driver = Driver() if driver is None else driver
     settings = replace(Settings() if settings is None else settings, method="full")
     doubts: list[Doubt] = next(driver.run([audit(recording, model, settings)]))

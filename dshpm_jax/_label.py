@@ -1,6 +1,8 @@
 """`label` and `label_many`: the one engine behind the command, the notebooks and the tests."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import warnings
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -8,18 +10,19 @@ import numpy as np
 from dshpm_jax._control.methods import Answer, label_control
 from dshpm_jax._control.tuning import TUNING, Tuning
 from dshpm_jax._driver import Driver
+from dshpm_jax._given import GivenModel, GivenModels, GivenRecording, model_of, recording_of, recordings_of
 from dshpm_jax._labelling import Labelling
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._pretracking import pretrack
 from dshpm_jax._recording import Recording
 from dshpm_jax._settings import Settings
-from dshpm_jax._subjects import combine_models
+from dshpm_jax._size import size_doubt
 from dshpm_jax._trajectories import Trajectories, from_columns
 
 
 def label(
-    recording: Recording,
-    model: SubjectModel | Sequence[SubjectModel] | Mapping[str, SubjectModel],
+    recording: GivenRecording,
+    model: GivenModels,
     settings: Settings | None = None,
     driver: Driver | None = None,
     tuning: Tuning = TUNING,
@@ -27,23 +30,26 @@ def label(
     """Labels one recording against the model of its subject, or the models of all its subjects.
 
     Arguments:
-        recording: points in millimetres; names that its columns already carry are ignored.
-        model: see `SubjectModel.from_recordings`; for several subjects a model of each, best with their names, which
-            go before the markers' names (see `combine_models`).
+        recording: points in millimetres, or their file; names that its columns already carry are ignored.
+        model: see `SubjectModel.from_recordings`, or its file; for several subjects a model of each, best with their
+            names, which go before the markers' names (see `combine_models`).
         settings: the method and its parameters.
         driver: holds the scores (`Driver(candidate_score=..., match_score=...)`).
         tuning: the numbers of the full method, for who develops it.
 
     Raises:
+        ReadError: a file cannot be read.
         ValueError: the recording has no points.
+
+    Warns:
+        UserWarning: the points are spread over a few millimetres or kilometres, or are not of the model's size.
     """
-    model = model if isinstance(model, SubjectModel) else combine_models(model)
-    return next(label_many([recording], model, settings, driver, tuning))
+    return next(label_many([recording_of(recording)], model_of(model), settings, driver, tuning))
 
 
 def label_many(
-    recordings: Iterable[Recording],
-    models: SubjectModel | Sequence[SubjectModel],
+    recordings: Iterable[GivenRecording],
+    models: GivenModel | Sequence[GivenModel],
     settings: Settings | None = None,
     driver: Driver | None = None,
     tuning: Tuning = TUNING,
@@ -51,23 +57,34 @@ def label_many(
     """Labels recordings side by side, so that their kernels share batches; the labels are those of `label`.
 
     Arguments:
+        recordings: points in millimetres, or their files; all are in memory together.
         models: one for all, or one for each recording; `combine_models` makes one of several subjects.
-        settings, driver, tuning: as for `label`.
+        settings, driver, tuning: as for `label`. So are errors and warnings.
 
     Yields:
         a `Labelling` for each recording, in order; with `Settings.rescale` its model is the rescaled one.
     """
     settings = Settings() if settings is None else settings
     driver = Driver() if driver is None else driver
-    recordings = list(recordings)
-    if isinstance(models, SubjectModel):
-        models = [models] * len(recordings)
-    if len(models) != len(recordings):
-        raise ValueError(f"{len(recordings)} recordings but {len(models)} models; give one for all or one for each")
+    recordings = recordings_of(recordings)
+    models = _one_for_each(models, len(recordings))
+    for recording, model in zip(recordings, models):
+        if (doubt := size_doubt(recording, model)) and not settings.rescale:
+            warnings.warn(doubt, stacklevel=2)
     tracked = [_trajectories(recording, settings) for recording in recordings]
     controls = (label_control(t, model, settings, tuning) for t, model in zip(tracked, models))
     for recording, answer in zip(recordings, driver.run(controls)):
         yield _labelling(recording, answer)
+
+
+def _one_for_each(models: GivenModel | Sequence[GivenModel], count: int) -> list[SubjectModel]:
+    """A model for each of so many recordings; a file is read once, however often it is given."""
+    if isinstance(models, GivenModel):
+        return [model_of(models)] * count
+    if len(models) != count:
+        raise ValueError(f"{count} recordings but {len(models)} models; give one for all or one for each")
+    read = {model: model_of(model) for model in models if isinstance(model, str | Path)}
+    return [model if isinstance(model, SubjectModel) else read[model] for model in models]
 
 
 def _labelling(recording: Recording, answer: Answer) -> Labelling:

@@ -56,6 +56,13 @@ class Labelling:
     stats: dict[str, Any] = field(default_factory=dict)
     could_be: Int[np.ndarray, "trajectories 2"] | None = None
 
+    def __repr__(self) -> str:
+        named = self.identity != NO_MATCH
+        found = len(np.unique(self.identity[named]))
+        of = f", of {self.recording.source.name}" if self.recording.source else ""
+        tracks = f"{int(named.sum())} of {len(self.trajectories)} trajectories named"
+        return f"Labelling({tracks}, {found} of {self.model.num_markers} markers found{of})"
+
     @property
     def identities(self) -> Int[np.ndarray, "frames points"]:
         """The marker of each point of the recording, `NO_MATCH` where unlabelled or not seen."""

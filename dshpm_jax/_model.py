@@ -1,7 +1,8 @@
 """The subject's articulated marker model on the host: data, which `_model_building` makes."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +17,9 @@ if TYPE_CHECKING:
 MAX_NEIGHBOURS = 8
 """count; neighbours of a marker at most, in models, their files and the arrays of the kernels; by hand: more average
 out more noise, but the eighth is already on the next limb."""
+
+SHOWN_SOURCES = 3
+"""count; recordings that the line about a model names; more are counted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,25 +100,39 @@ class SubjectModel:
     neighbourhoods: tuple[Neighbourhood, ...] = ()
     sources: tuple[str, ...] = field(default=())
 
+    def __repr__(self) -> str:
+        sources = self.sources if len(self.sources) <= SHOWN_SOURCES else (f"{len(self.sources)} recordings",)
+        made_of = f", from {' and '.join(sources)}" if sources else ""
+        return f"SubjectModel({self.num_markers} markers in {len(self.segments)} segments{made_of})"
+
     @property
     def num_markers(self) -> int:
         return len(self.markers)
 
     @classmethod
     def from_recordings(
-        cls, recordings: Sequence[Recording], segments: Mapping[str, Any] | None = None, template: str | None = None
+        cls,
+        recordings: Recording | str | Path | Iterable[Recording | str | Path],
+        segments: Mapping[str, Any] | None = None,
+        template: str | None = None,
     ) -> "SubjectModel":
         """A model from labelled recordings of one subject.
 
         Arguments:
-            recordings: one or more; columns without a name are ignored. A recording counts by how much it moves.
+            recordings: one or more, or their files; columns without a name are ignored. A recording counts by how much
+                it moves.
             segments: segment names to `{"markers": [...], "parent": ...}` or to lists of marker names; by default
                 segments are found from the motion or, where there is none, from the names of the markers.
             template: take the segments from a known marker set, such as "plug-in-gait".
+
+        Raises:
+            ReadError: a file cannot be read.
+            ValueError: no column has a name, two of one name are seen together, or the segments are wrong.
         """
+        from dshpm_jax._given import recordings_of
         from dshpm_jax._model_building import model_from_recordings
 
-        return model_from_recordings(recordings, segments, template)
+        return model_from_recordings(recordings_of(recordings), segments, template)
 
     @classmethod
     def from_frame(

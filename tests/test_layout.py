@@ -19,15 +19,15 @@ LEVELS = [
         "_buckets",
         "_geometry",
     },
-    {"_recording", "_trajectories", "_columns", "_settings"},
+    {"_recording", "_bridges", "_trajectories", "_columns", "_settings"},
     {"_model", "_hierarchy"},
     {"_model_building", "_scoring", "_subjects"},
     {"_labelling", "_requests"},
-    {"_kernels", "io", "synthesis"},
-    {"_driver", "_control", "_pretracking"},
+    {"_kernels", "io", "synthesis", "_given", "_size"},
+    {"_driver", "_control", "_pretracking", "_reading"},
     {"_label", "_live", "_check"},
     {"evaluation", "report", "_reconstruction"},
-    {"_archive", "_demo", "_experiments"},
+    {"_archive", "_demo", "_experiments", "_model_choice"},
     {"_commands"},
     {"__main__", "__init__"},
 ]
@@ -35,8 +35,8 @@ LEVEL = {name: k for k, names in enumerate(LEVELS) for name in names}
 
 
 # `SubjectModel.from_recordings` and its kin are how people make a model, so they stand on the class: each calls a maker
-# that it imports when it is called.
-WHEN_CALLED = {"_model.py imports _model_building"}
+# that it imports when it is called. The recordings may be given as files, which `_given` reads.
+WHEN_CALLED = {"_model.py imports _model_building", "_model.py imports _given"}
 
 
 def imports(path: Path, when_called: bool = True) -> set[str]:

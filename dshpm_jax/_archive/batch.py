@@ -56,7 +56,8 @@ def label_batch(jobs: Sequence[Job], out: Path, settings: Settings, notice: Noti
             outcome = _keep(item, answer, out, settings)
         else:
             outcome = failed(item.job, answer, item.hashes)
-        yield dataclasses.replace(outcome, seconds=watch.share(frames[k:]) if outcome.figures else None)
+        seconds = watch.share(frames[k:]) if outcome.figures else None
+        yield dataclasses.replace(outcome, notes=item.recording.notes, seconds=seconds)
 
 
 def label_batch_telling(
@@ -92,7 +93,9 @@ class _Watch:
 def _load(job: Job, model: SubjectModel, model_hash: str, settings: Settings) -> _Loaded:
     # Hashed before it is read: if it changes meanwhile, the hash after labelling is another.
     hashes = {INPUT: hash_file(job.source), SETTINGS: hash_settings(settings), MODEL: model_hash}
-    return _Loaded(job, io.read(job.source, settings.unlabelled), model, hashes)
+    drop = [*io.kept(model.markers), *settings.drop]
+    recording = io.read(job.source, settings.unlabelled, drop, settings.frozen_gaps)
+    return _Loaded(job, recording, model, hashes)
 
 
 def _answers(loaded: Sequence[_Loaded], settings: Settings, notice: Notice) -> Iterator[Labelling | Exception]:

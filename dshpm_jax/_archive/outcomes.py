@@ -36,6 +36,7 @@ class Outcome:
         seconds: the file's share of the time that its batch took.
         was_there: whether the result was there before and nothing had to be done.
         detail: the traceback of what failed, for the log.
+        notes: what was doubtful about the recording, a sentence each.
     """
 
     job: Job
@@ -47,6 +48,7 @@ class Outcome:
     seconds: float | None = None
     was_there: bool = False
     detail: str = ""
+    notes: tuple[str, ...] = ()
 
     @property
     def ok(self) -> bool:
@@ -68,7 +70,7 @@ def judged(job: Job, settings: Settings, hashes: Mapping[str, str], figures: Map
 
 def without_points(error: Exception) -> bool:
     """Whether a file could not be read for the sole reason that it is none of points, such as one of EMG alone."""
-    return any(kind.__name__ == "NoPoints" for kind in type(error).__mro__)
+    return isinstance(error, io.NoPoints)
 
 
 def failed(job: Job, error: Exception, hashes: Mapping[str, str] | None = None) -> Outcome:

@@ -97,6 +97,9 @@ class Progress:
             say(f"open {page} in a browser to see what needs you")
 
     def _tell(self, outcome: Outcome) -> None:
+        for note in outcome.notes:
+            complain(f"{outcome.job.source}: {note}")
+            _log.warning("%s: %s", outcome.job.source, note)
         if outcome.message:
             complain(outcome.message)
             _log.warning("%s", outcome.message)

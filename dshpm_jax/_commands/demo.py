@@ -10,7 +10,7 @@ ABOUT = "a capture made on the spot, labelled, scored and drawn"
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """The options of `demo`."""
-    parser.add_argument("-o", dest="out", type=Path, metavar="OUT", help="folder for what it makes")
+    parser.add_argument("-o", "--output", dest="out", type=Path, metavar="OUT", help="folder for what it makes")
     parser.add_argument(
         "--archive", action="store_true", help="write a small archive to try every command on, and label nothing"
     )

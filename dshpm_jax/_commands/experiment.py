@@ -13,7 +13,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """The options of `experiment`."""
     add = parser.add_argument
     add("name", choices=NAMES)
-    add("-o", dest="out", type=Path, metavar="OUT", help="folder; trials that it holds are gone on with")
+    add("-o", "--output", dest="out", type=Path, metavar="OUT", help="folder; trials that it holds are gone on with")
     add("--trials", type=int, metavar="N", help="trials of each point (default: 500; of table1, 20 people)")
     add("--frames", type=int, default=600, metavar="N", help="of a trial, twice as many for freeform (default: 600)")
     add("--recording", type=Path, metavar="FILE", help="labelled C3D or TRC file to spoil, instead of made people")

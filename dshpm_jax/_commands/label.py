@@ -15,9 +15,10 @@ from dshpm_jax._archive.progress import TICK_SECONDS, Progress, every, log_to
 from dshpm_jax._archive.result_status import Due
 from dshpm_jax._archive.run import Executor, Order, label_archive, label_here, what_is_due
 from dshpm_jax._archive.workers import local_workers, workers_of
+from dshpm_jax._commands.pages import add_open, open_page
 from dshpm_jax._commands.statuses import FAILURES, OK
 from dshpm_jax._compile_cache import cache_folder
-from dshpm_jax._console import add_unlabelled, complain, say
+from dshpm_jax._console import add_reading, complain, say
 from dshpm_jax._messages import UsageError
 from dshpm_jax._settings import Settings
 from dshpm_jax.io import WriteError
@@ -30,7 +31,9 @@ MOST_INPUTS = 3  # named in a line
 def add_options(label: argparse.ArgumentParser) -> None:
     """The options of `label`."""
     label.add_argument("inputs", nargs="+", type=Path, metavar="INPUT", help="a recording, or a folder of them")
-    label.add_argument("-o", dest="out", type=Path, required=True, metavar="OUT", help="folder for the results")
+    label.add_argument(
+        "-o", "--output", dest="out", type=Path, required=True, metavar="OUT", help="folder for the results"
+    )
     label.add_argument(
         "--model",
         type=Path,
@@ -60,7 +63,7 @@ def add_options(label: argparse.ArgumentParser) -> None:
         metavar="X",
         help="a file counts as partly labelled if less of its markers' points have a label (default: 0.5)",
     )
-    add_unlabelled(how)
+    add_reading(how)
     run = label.add_argument_group("the run")
     run.add_argument("--dry-run", action="store_true", help="list what would be done, with which model; write nothing")
     run.add_argument("--force", action="store_true", help="make earlier results again, even if nothing changed")
@@ -69,6 +72,7 @@ def add_options(label: argparse.ArgumentParser) -> None:
     where.add_argument("--scheduler", metavar="ADDRESS", help="label on the workers of this dask scheduler")
     where.add_argument("--scheduler-file", type=Path, metavar="FILE", help="the same, by the file that it wrote")
     run.add_argument("--shard", type=_shard, metavar="I/N", help="only share I (from 0) of N, for job arrays")
+    add_open(run, "the report, when all is done,")
     run.add_argument("--log-file", type=Path, metavar="FILE", help="append what happens to this file, with times")
 
 
@@ -91,10 +95,13 @@ def run(arguments: argparse.Namespace) -> int:
     cache_folder()  # complains here if it has to, and not in every worker
     log = log_to(arguments.log_file) if arguments.log_file else None
     try:
-        return _label(jobs, order, _executor(arguments))
+        status = _label(jobs, order, _executor(arguments))
     finally:
         if log:
             log.close()
+    if arguments.open:
+        open_page(order.out)
+    return status
 
 
 def _executor(arguments: argparse.Namespace) -> Executor:
@@ -155,6 +162,8 @@ def _settings(arguments: argparse.Namespace) -> Settings:
         "completeness": arguments.completeness,
         "min_confidence": arguments.confidence,
         "unlabelled": arguments.unlabelled or None,
+        "drop": arguments.drop or None,
+        "frozen_gaps": False if arguments.keep_frozen else None,
     }
     try:
         settings = Settings.from_toml(arguments.settings) if arguments.settings else Settings()

@@ -6,24 +6,36 @@ from pathlib import Path
 
 from dshpm_jax import io
 from dshpm_jax._commands.statuses import FAILURES, OK
-from dshpm_jax._console import add_unlabelled, complain
+from dshpm_jax._compile_cache import cache_programs
+from dshpm_jax._console import add_reading, complain, say
 from dshpm_jax._messages import UsageError
 from dshpm_jax._model import SubjectModel
-from dshpm_jax._recording import Recording
+from dshpm_jax._reading import Reading, read_aloud, reading, say_joined
+from dshpm_jax._recording import Recording, check_names_apart
 
 ABOUT = "a marker model from labelled recordings of the subject"
+TEMPLATES = ("body-parts", "helen-hayes", "plug-in-gait")
+"""Those of `_model_building.templates`, whose import would make `--help` wait."""
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """The options of `model`."""
-    parser.add_argument(
-        "recordings", nargs="+", type=Path, metavar="RECORDING", help="labelled recording, or one subject file"
-    )
-    parser.add_argument("-o", dest="out", type=Path, required=True, metavar="MODEL", help="the model's file (JSON)")
+    about = "labelled recordings, or a folder that directly holds some, or one subject file"
+    parser.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING", help=about)
+    about = "the model's file (JSON)"
+    parser.add_argument("-o", "--output", dest="out", type=Path, required=True, metavar="MODEL", help=about)
+    parser.add_argument("--markers", type=Path, metavar="XML", help="OpenSim's marker set beside an .osim file")
+    add_how(parser)
+
+
+def add_how(parser: argparse.ArgumentParser) -> None:
+    """The options that say how a model is made, for `models` too."""
     how = parser.add_mutually_exclusive_group()
     how.add_argument("--segments", type=Path, metavar="FILE", help="TOML file of segments and their markers")
-    how.add_argument("--template", metavar="NAME", help="a known marker set")
-    add_unlabelled(parser)
+    how.add_argument("--template", choices=TEMPLATES, help="take the segments from a known marker set")
+    about = "do not compare the labels of a folder's recordings with the model of the others; that takes the longest"
+    parser.add_argument("--no-check", dest="check", action="store_false", help=about)
+    add_reading(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -31,43 +43,84 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.out.exists() and not io.is_model(arguments.out):
         raise UsageError(f"{arguments.out}: is there and no marker model, not overwritten; give another file")
     _check_sources(arguments)
+    return OK if _written(arguments) else FAILURES
+
+
+def _written(arguments: argparse.Namespace) -> bool:
+    """Makes and writes the model; whether that could be done, and a line if not."""
+    given, out = arguments.recordings, arguments.out
     try:
-        model = _made_model(arguments)
-        arguments.out.parent.mkdir(parents=True, exist_ok=True)
-        io.write_model(model, arguments.out)
+        if given[0].suffix.lower() in io.SUBJECT_FILES:
+            write(io.read_model(given[0], arguments.markers), out)
+            return True
+        if given[0].is_dir():
+            recordings = chosen_in(given[0], arguments)
+        else:
+            recordings = [_read_labelled(path, reading(arguments)) for path in given]
+        if recordings:
+            return made_of(recordings, arguments, out)
+        complain(f"{given[0]}: none of its own recordings can be used; 'dshpm-jax models' looks into its folders too")
     except (io.ReadError, io.WriteError) as error:
         complain(error)
-        return FAILURES
+    return False
+
+
+def made_of(recordings: Sequence[Recording], arguments: argparse.Namespace, out: Path) -> bool:
+    """Makes a model, with the options of `add_how`, and writes it; whether that could be done, and a line about it."""
+    try:
+        known = {name for r in recordings for name, named in zip(r.labels, r.labelled, strict=True) if named}
+        segments = io.read_segments(arguments.segments, known) if arguments.segments else None
+        write(SubjectModel.from_recordings(recordings, segments=segments, template=arguments.template), out)
+    except (io.ReadError, io.WriteError) as error:
+        complain(error)
     except ValueError as error:
-        complain(f"no model of {', '.join(map(str, arguments.recordings))}: {error}")
-        return FAILURES
+        complain(f"no model of {', '.join(str(recording.source) for recording in recordings)}: {error}")
     except OSError as error:
-        complain(f"{arguments.out}: cannot be written ({error.strerror}); give another file")
-        return FAILURES
-    print(f"{arguments.out}: {model.num_markers} markers in {len(model.segments)} segments")
-    return OK
+        complain(f"{out}: cannot be written ({error.strerror}); give another file")
+    else:
+        return True
+    return False
+
+
+def chosen_in(folder: Path, arguments: argparse.Namespace) -> list[Recording]:
+    """The recordings of a folder that a model is to be made of; says which, and why not the others."""
+    from dshpm_jax._model_choice import choose, compare_labels  # imports scipy
+
+    choice = choose(folder, reading(arguments))
+    if arguments.check and len(choice.used) > 1:
+        say(f"{folder}: comparing the labels of {len(choice.used)} recordings; --no-check leaves that out")
+        cache_programs()
+        compare_labels(choice)
+    for line in choice.lines():
+        say(line)
+    return choice.used
+
+
+def write(model: SubjectModel, out: Path) -> None:
+    """Writes the model, and says so."""
+    out.parent.mkdir(parents=True, exist_ok=True)
+    io.write_model(model, out)
+    say(f"{out}: {model.num_markers} markers in {len(model.segments)} segments")
 
 
 def _check_sources(arguments: argparse.Namespace) -> None:
-    files = [path for path in arguments.recordings if path.suffix.lower() in io.SUBJECT_FILES]
-    if files and len(arguments.recordings) > 1:
+    given = arguments.recordings
+    files = [path for path in given if path.suffix.lower() in io.SUBJECT_FILES]
+    if files and len(given) > 1:
         raise UsageError(f"{files[0]}: a subject file makes a model alone; give it or recordings, not both")
+    if arguments.markers and not files:
+        raise UsageError(f"{arguments.markers}: a file of markers goes with an .osim file; leave out --markers")
     if files and (arguments.segments or arguments.template):
         raise UsageError(f"{files[0]}: a subject file says what its segments are; leave out --segments and --template")
+    folders = [path for path in given if path.is_dir()]
+    if folders and len(given) > 1:
+        raise UsageError(f"{folders[0]}: a folder makes a model alone; give it or recordings, not both")
 
 
-def _made_model(arguments: argparse.Namespace) -> SubjectModel:
-    """The model of one subject file, or of labelled recordings."""
-    if arguments.recordings[0].suffix.lower() in io.SUBJECT_FILES:
-        return io.read_model(arguments.recordings[0])
-    recordings = [_read_labelled(path, arguments.unlabelled) for path in arguments.recordings]
-    known = {name for r in recordings for name, named in zip(r.labels, r.labelled, strict=True) if named}
-    segments = io.read_segments(arguments.segments, known) if arguments.segments else None
-    return SubjectModel.from_recordings(recordings, segments=segments, template=arguments.template)
-
-
-def _read_labelled(path: Path, unlabelled: Sequence[str]) -> Recording:
-    recording = io.read(path, unlabelled)
+def _read_labelled(path: Path, how: Reading) -> Recording:
+    recording = read_aloud(path, how)
+    check_names_apart(recording)
+    say_joined(path, recording)
     if not recording.labelled.any():
         raise io.ReadError(path, "none of its points has a label", "a model needs a labelled recording")
     return recording

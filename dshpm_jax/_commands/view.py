@@ -6,6 +6,7 @@ from pathlib import Path
 
 from dshpm_jax import io
 from dshpm_jax._archive.manifest import MANIFEST_NAME, known_rows
+from dshpm_jax._commands.pages import add_open, open_page
 from dshpm_jax._commands.statuses import FAILURES, OK
 from dshpm_jax._console import complain, say
 from dshpm_jax._messages import UsageError
@@ -23,12 +24,14 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("inputs", nargs="+", type=Path, metavar="FILE", help=about)
     parser.add_argument(
         "-o",
+        "--output",
         dest="out",
         type=Path,
         metavar="PAGE",
         help="the page (HTML); by default beside the file and named like it",
     )
     parser.add_argument("--model", type=Path, metavar="MODEL", help="gives the segments where no sidecar does")
+    add_open(parser, "the first page, or the report of a folder,")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -47,6 +50,8 @@ def run(arguments: argparse.Namespace) -> int:
     troubles = [trouble for given in inputs for trouble in _pages_of(given, out, model)]
     for trouble in troubles:
         complain(trouble)
+    if arguments.open:
+        open_page(inputs[0] if inputs[0].is_dir() else out or inputs[0].with_suffix(".html"))
     return FAILURES if troubles else OK
 
 

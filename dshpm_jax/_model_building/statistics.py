@@ -63,6 +63,14 @@ def pair_statistics(
     )
 
 
+def liveliness(clip: Float[np.ndarray, "frames markers 3"], tuning: ModelTuning = TUNING) -> float:
+    """How much the subject moves in one recording (mm): a high quantile of the spreads of the pairs that it shows."""
+    rows, columns = np.triu_indices(clip.shape[1], 1)
+    count, _, variance = _one_recording(clip, rows, columns, tuning)
+    shown = variance[count > 0]
+    return float(np.quantile(np.sqrt(shown), tuning.typical_quantile)) if len(shown) else 0.0
+
+
 def _one_recording(
     clip: np.ndarray, rows: np.ndarray, columns: np.ndarray, tuning: ModelTuning
 ) -> tuple[np.ndarray, ...]:

@@ -4,13 +4,14 @@ import numpy as np
 from jaxtyping import Float
 
 from dshpm_jax._geometry import is_seen
+from dshpm_jax._given import GivenModel, GivenRecording, model_of, recording_of
 from dshpm_jax._labelling import Labelling
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._reconstruction.filling import marker_points
 from dshpm_jax._reconstruction.interpolation import interpolate
 from dshpm_jax._reconstruction.motion import Found, Motion
 from dshpm_jax._reconstruction.rigid import SegmentPoses, rigid_poses
-from dshpm_jax._recording import Recording
+from dshpm_jax._recording import Recording, check_names_apart
 from dshpm_jax._types import NO_PARENT
 
 BRIDGED_SECONDS = 1.0
@@ -18,7 +19,7 @@ BRIDGED_SECONDS = 1.0
 hand."""
 
 
-def reconstruct(labelled: Labelling | Recording, model: SubjectModel | None = None) -> Motion:
+def reconstruct(labelled: Labelling | GivenRecording, model: GivenModel | None = None) -> Motion:
     """The pose of every segment in every frame, and the joints between them.
 
     Robust rigid fits where three markers of a segment are seen. Where they are not, segments are fitted to the markers
@@ -27,10 +28,11 @@ def reconstruct(labelled: Labelling | Recording, model: SubjectModel | None = No
     rigid fit of one segment in one frame (section 4.5); that is `Labelling.poses`.
 
     Arguments:
-        labelled: a labelling, or a recording whose columns carry the model's names.
-        model: of the subject; not with a labelling, which has its own.
+        labelled: a labelling, or a recording whose columns carry the model's names, or its file.
+        model: of the subject, or its file; not with a labelling, which has its own.
 
     Raises:
+        ReadError: a file cannot be read.
         ValueError: there is no model, or it knows none of the recording's labels.
     """
     recording, model = _named(labelled, model)
@@ -52,16 +54,18 @@ def reconstruct(labelled: Labelling | Recording, model: SubjectModel | None = No
     return Motion(recording, model, *way.poses, joins, residual, found)
 
 
-def _named(labelled: Labelling | Recording, model: SubjectModel | None) -> tuple[Recording, SubjectModel]:
+def _named(labelled: Labelling | GivenRecording, model: GivenModel | None) -> tuple[Recording, SubjectModel]:
     if isinstance(labelled, Labelling):
         if model is not None:
             raise ValueError("a labelling has its own model; give no other")
         return labelled.to_recording(), labelled.model
     if model is None:
         raise ValueError("a recording needs the model of its subject; give reconstruct(recording, model)")
-    if not set(labelled.labels) & set(model.markers):
+    recording, known = recording_of(labelled), model_of(model)
+    if not set(recording.labels) & set(known.markers):
         raise ValueError("none of its labels is in the model; give a labelled recording and the model of its subject")
-    return labelled, model
+    check_names_apart(recording, take_turns=False)
+    return recording, known
 
 
 def _joins(model: SubjectModel, poses: SegmentPoses) -> Float[np.ndarray, "frames segments 3"]:

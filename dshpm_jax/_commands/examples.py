@@ -1,0 +1,36 @@
+"""Examples of every command, which its `--help` ends with."""
+
+EXAMPLES = {
+    "demo": """\
+dshpm-jax demo -o demo                 a capture, its labels and their scores, a picture and a page
+dshpm-jax demo --archive -o captures   a small archive to try the other commands on""",
+    "model": """\
+dshpm-jax model anna/rom.c3d -o anna/model.json               best: a recording in which every joint moves
+dshpm-jax model anna/rom.c3d anna/walk.c3d -o anna/model.json
+dshpm-jax model anna -o anna/model.json                       what is labelled in that folder
+dshpm-jax model static.c3d --template plug-in-gait -o model.json
+dshpm-jax model nick.vsk -o model.json                        the subject file of a capture system""",
+    "models": """\
+dshpm-jax models captures --dry-run    say what would be used, and what not, and why
+dshpm-jax models captures              a model.json in every folder that holds labelled recordings
+dshpm-jax models captures --force      make those again that are there""",
+    "label": """\
+dshpm-jax label walk.c3d --model model.json -o labelled
+dshpm-jax label captures -o labelled --dry-run                each trial with the nearest model.json
+dshpm-jax label captures -o labelled --workers 4 --open
+dshpm-jax label duet.c3d --model anna.json --model ben.json -o labelled""",
+    "check": """\
+dshpm-jax check walk.c3d --model model.json
+dshpm-jax check anna/walk.c3d anna/run.c3d --model anna/model.json --json findings.json""",
+    "view": """\
+dshpm-jax view labelled/walk.c3d --open
+dshpm-jax view labelled                       all pages of a run, and its report
+dshpm-jax view walk.c3d --model model.json -o walk.html""",
+    "experiment": """\
+dshpm-jax experiment table1 --trials 5
+dshpm-jax experiment corruption -o corruption --workers 4""",
+    "reconstruct": """\
+dshpm-jax reconstruct labelled/walk.c3d --model model.json -o motion
+dshpm-jax reconstruct labelled/walk.c3d --model model.json -o motion --fill --max-gap 0.5""",
+}
+"""By command: lines of a command and, three blanks or more behind it, what it is for."""
