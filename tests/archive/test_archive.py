@@ -103,16 +103,12 @@ def test_labels_of_a_model_that_fits_badly_are_doubtful(archive, tmp_path, label
     assert row["model_fit"] == ("" if fit is None else str(fit)) and bool(row["message"]) == doubtful
 
 
-class NoPoints(io.ReadError):
-    pass
-
-
 def test_files_without_points_are_passed_over(archive, tmp_path, labeller, monkeypatch):
     read = io.read
 
     def of_emg(path, *more):
         if Path(path).name == "run.c3d":
-            raise NoPoints(path, "it holds analog samples alone", "give recordings with points")
+            raise io.NoPoints(path, "it holds analog samples alone", "give recordings with points")
         return read(path, *more)
 
     monkeypatch.setattr(io, "read", of_emg)
