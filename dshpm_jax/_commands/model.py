@@ -62,6 +62,8 @@ def _written(arguments: argparse.Namespace) -> bool:
         complain(f"{given[0]}: none of its own recordings can be used; 'dshpm-jax models' looks into its folders too")
     except (io.ReadError, io.WriteError) as error:
         complain(error)
+    except ValueError as error:  # such as two columns of one name
+        complain(f"no model of {', '.join(map(str, given))}: {error}")
     return False
 
 
@@ -75,6 +77,8 @@ def made_of(recordings: Sequence[Recording], arguments: argparse.Namespace, out:
         complain(error)
     except ValueError as error:
         complain(f"no model of {', '.join(str(recording.source) for recording in recordings)}: {error}")
+    except BrokenPipeError:
+        raise  # whoever reads our lines has gone, and the model is written
     except OSError as error:
         complain(f"{out}: cannot be written ({error.strerror}); give another file")
     else:
