@@ -20,9 +20,9 @@ import numpy as np
 from _truth import f1, name_of
 
 from dshpm_jax import Settings, label_many, read, read_model
+from dshpm_jax._columns import unbroken_columns
 from dshpm_jax._control.full.assignment import assign_labels
 from dshpm_jax._control.tuning import TUNING, Tuning
-from dshpm_jax._pretracking import unbroken_columns
 from dshpm_jax._types import NO_MATCH
 
 

@@ -14,7 +14,7 @@ from typing import TextIO
 import dshpm_jax
 from dshpm_jax._commands import COMMANDS
 from dshpm_jax._commands.examples import EXAMPLES
-from dshpm_jax._commands.statuses import INTERRUPTED, WRONG_USAGE
+from dshpm_jax._commands.statuses import INTERRUPTED, PIPE_CLOSED, WRONG_USAGE
 from dshpm_jax._console import complain
 from dshpm_jax._messages import UsageError, one_line
 
@@ -27,13 +27,23 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = parser.parse_args(argv)
     try:
         with _warnings_as_lines():
-            return arguments.run(arguments)
+            status = arguments.run(arguments)
+        sys.stdout.flush()
+        return status
+    except BrokenPipeError:
+        return _without_reader()
     except UsageError as error:
         complain(error)
         return WRONG_USAGE
     except KeyboardInterrupt:
         complain("interrupted; what was written is whole, the same command goes on from here")
         return INTERRUPTED
+
+
+def _without_reader() -> int:
+    """Whoever read our lines has enough of them, as `head` may: nothing more is written there, not even at the end."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return PIPE_CLOSED
 
 
 def _parser() -> argparse.ArgumentParser:

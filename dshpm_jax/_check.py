@@ -8,7 +8,7 @@ from dshpm_jax._control.uses.audit import Doubt, audit
 from dshpm_jax._driver import Driver
 from dshpm_jax._given import GivenModel, GivenRecording, model_of, recording_of
 from dshpm_jax._model import SubjectModel
-from dshpm_jax._recording import Recording
+from dshpm_jax._recording import Recording, check_names_apart
 from dshpm_jax._settings import Settings
 from dshpm_jax._types import NO_MATCH
 
@@ -53,12 +53,13 @@ def check(
 
     Raises:
         ReadError: a file cannot be read.
-        ValueError: the model knows none of the labels, or has no neighbourhoods.
+        ValueError: the model knows none of the labels, or has no neighbourhoods, or two columns have one label.
     """
     recording, model = recording_of(recording), model_of(model)
     seen = np.flatnonzero(recording.present.any(0))
     if not {recording.labels[column] for column in seen} & set(model.markers):
         raise ValueError("none of its labels is in the model; give a labelled recording and the model of its subject")
+    check_names_apart(recording)
     driver = Driver() if driver is None else driver
     settings = replace(Settings() if settings is None else settings, method="full")
     doubts: list[Doubt] = next(driver.run([audit(recording, model, settings)]))

@@ -17,10 +17,14 @@ def say(text: object, stream: TextIO | None = None) -> None:
         print(text, file=stream, flush=True)
 
 
-def add_unlabelled(options: Any) -> None:
-    """The option for names of columns that count as none (see `io.read`)."""
+def add_reading(options: Any) -> None:
+    """The options about which columns of a recording are read, and as what (see `io.read`)."""
     about = "columns with such names have no label, as those that capture systems call '*12' and so on; may be repeated"
     options.add_argument("--unlabelled", action="append", default=[], metavar="NAME*", help=about)
+    about = "leave out columns with such names, or by number ('#12'); '!NAME*' keeps what is left out otherwise"
+    options.add_argument("--drop", action="append", default=[], metavar="NAME*", help=about)
+    about = "points that keep their coordinates to the last bit while others move are measured, no gaps"
+    options.add_argument("--keep-frozen", action="store_true", help=about)
 
 
 def complain(text: object) -> None:

@@ -41,7 +41,8 @@ class Labelling:
         confidence: for each trajectory, 0 to 1, how sure the decision is.
         reason: for each trajectory, why.
         stats: figures of the run: "svd_count" (rigid fits, section 5.2.3), and of the full method "model_fit", the
-            evidence that the labels hold against what right ones usually do; see `Tuning.poor_fit_below`.
+            evidence that the labels hold against what right ones usually do; see `Tuning.poor_fit_below`. Where the
+            labels are doubtful as a whole for other reasons, "doubts" holds these, a short sentence each.
         could_be: for each trajectory the markers, besides its label, that it may be: the label that is withheld from
             it, and the one that it would be exchanged with; `NO_MATCH` beyond. Only the full method knows any.
     """

@@ -16,7 +16,8 @@ MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0}
 """How many millimetres a unit has."""
 
 UNLABELLED = re.compile(
-    r"(\*\d*|U_?\d+|[Uu]nlabel+ed.*|[Uu]nidentified.*|New \d+|uname.*|M\d{3,}|C_\d+|x\d{2,}|\d+ \d+|)"
+    r"(\*\d*|#\d*|\*?[Uu]nnamed.*|U_?\d+|[Uu]nlabel+ed.*|[Uu]nidentified.*|New \d+|uname.*|M\d{3,}|C_\d+|x\d{2,}"
+    r"|\d+ \d+|)"
 )
 """Names that capture systems give to columns that nobody has named (matched in full)."""
 
@@ -50,6 +51,7 @@ class Recording:
             `points`, which are in millimetres whatever it is.
         source: the file that it came from, if any.
         columns: for each column of `points` its column in the source file (model outputs are left out of `points`).
+        notes: what was doubtful about the source file, a sentence each.
         points_unit: when a recording is made, the unit that the points are given in, "mm", "cm" or "m"; they are
             converted, so that afterwards it is always "mm".
 
@@ -63,6 +65,7 @@ class Recording:
     unit: str = "mm"
     source: Path | None = None
     columns: tuple[int, ...] = field(default=())
+    notes: tuple[str, ...] = ()
     points_unit: InitVar[str] = "mm"
 
     def __post_init__(self, points_unit: str):
@@ -199,6 +202,32 @@ class Recording:
         from dshpm_jax._bridges.time_series import to_time_series
 
         return to_time_series(self)
+
+
+def of_one_name(recording: Recording) -> dict[str, list[int]]:
+    """Names that several columns have in which something is seen, and those columns."""
+    found: dict[str, list[int]] = {}
+    for column in np.flatnonzero(recording.labelled & recording.present.any(0)):
+        found.setdefault(recording.labels[column], []).append(int(column))
+    return {name: columns for name, columns in found.items() if len(columns) > 1}
+
+
+def check_names_apart(recording: Recording, take_turns: bool = True) -> None:
+    """Raises ValueError where two columns have one name.
+
+    Arguments:
+        take_turns: whether they may, in frames of their own.
+    """
+    for name, columns in of_one_name(recording).items():
+        together = int((recording.present[:, columns].sum(1) > 1).sum())
+        if together or not take_turns:
+            numbers = [recording.columns[column] + 1 for column in columns]
+            where = " and ".join(map(str, numbers))
+            source = recording.source.name if recording.source else "an unnamed recording"
+            raise ValueError(
+                f"{source}: columns {where} are both named {name!r}, in {together} frames at the same time; rename "
+                f"one, or leave one out with --drop '#{numbers[-1]}'"
+            )
 
 
 def _no_such_column(label: object, labels: Sequence[str]) -> str:

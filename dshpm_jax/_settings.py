@@ -34,10 +34,13 @@ class Settings:
         tolerance_floor, tolerance_ratio: see `spread_factor`.
         rescale: the model is another subject's of the same marker set; "full" first makes it fit each recording.
         min_confidence: "full" withholds labels that are less likely to be right than this.
-        completeness: share of the model's markers, averaged over frames, under which a file counts as partly
-            labelled.
+        completeness: a file counts as partly labelled if fewer of the points that are there to be labelled have a
+            label (a share; false points and markers that are not seen are not counted).
         unlabelled: names of columns that count as none, besides those that capture systems give, with the wildcards
             `*` and `?`, as in "ghost*"; see `read`.
+        drop: names of columns to leave out, with wildcards, or their numbers, as in "#12"; see `read`.
+        frozen_gaps: a point of a moving capture that keeps its coordinates to the last bit over several frames counts
+            as missing there; see `read`.
     """
 
     method: Method = "full"
@@ -59,17 +62,22 @@ class Settings:
     min_confidence: float = 0.7
     completeness: float = 0.5
     unlabelled: tuple[str, ...] = ()
+    drop: tuple[str, ...] = ()
+    frozen_gaps: bool = True
 
     def __post_init__(self):
         if self.method not in ("full", "paper", "static"):
             raise ValueError(f'method is "full", "paper" or "static", not {self.method!r}')
-        if not isinstance(self.rescale, bool):
-            raise ValueError(f"rescale is true or false, not {self.rescale!r}")
+        for name in ("rescale", "frozen_gaps"):
+            if not isinstance(getattr(self, name), bool):
+                raise ValueError(f"{name} is true or false, not {getattr(self, name)!r}")
         if self.rescale and self.method != "full":
             raise ValueError(f'only the method "full" rescales a model, not {self.method!r}')
-        if not isinstance(self.unlabelled, list | tuple) or not all(isinstance(n, str) and n for n in self.unlabelled):
-            raise ValueError(f'unlabelled is a list of names such as ["ghost*"], not {self.unlabelled!r}')
-        object.__setattr__(self, "unlabelled", tuple(self.unlabelled))
+        for name in ("unlabelled", "drop"):
+            names = getattr(self, name)
+            if not isinstance(names, list | tuple) or not all(isinstance(n, str) and n for n in names):
+                raise ValueError(f'{name} is a list of names such as ["ghost*"], not {names!r}')
+            object.__setattr__(self, name, tuple(names))
         for name, (low, high) in RANGES.items():
             value = getattr(self, name)
             kind = int if isinstance(_DEFAULTS[name], int) else int | float

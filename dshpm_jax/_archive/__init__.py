@@ -3,10 +3,12 @@
 from dshpm_jax._archive.jobs import Job as Job
 from dshpm_jax._archive.jobs import find_jobs as find_jobs
 from dshpm_jax._archive.jobs import in_shard as in_shard
+from dshpm_jax._archive.outcomes import DOUBTFUL as DOUBTFUL
 from dshpm_jax._archive.outcomes import FAILED as FAILED
 from dshpm_jax._archive.outcomes import KEPT as KEPT
 from dshpm_jax._archive.outcomes import LABELLED as LABELLED
 from dshpm_jax._archive.outcomes import PARTLY as PARTLY
+from dshpm_jax._archive.outcomes import PASSED as PASSED
 from dshpm_jax._archive.outcomes import Outcome as Outcome
 from dshpm_jax._archive.result_status import Due as Due
 from dshpm_jax._archive.run import Order as Order

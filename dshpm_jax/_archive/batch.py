@@ -1,22 +1,26 @@
-"""Labels a batch of recordings and writes their results; runs in any process that sees the files."""
+"""Labels a batch of recordings and writes each result as it comes; runs in any process that sees the files."""
 
 import dataclasses
 import logging
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from dshpm_jax import io
+from dshpm_jax._archive.compiling import notice_of_compiling
 from dshpm_jax._archive.hashes import INPUT, MODEL, SETTINGS, hash_file, hash_settings, read_models
 from dshpm_jax._archive.jobs import Job
-from dshpm_jax._archive.outcomes import KEPT, Outcome, failed, figures_of, judged
+from dshpm_jax._archive.outcomes import KEPT, Outcome, failed, figures_of, judged, passed_over, without_points
 from dshpm_jax._archive.results import ResultKept, write_result
 from dshpm_jax._compile_cache import cache_programs
 from dshpm_jax._labelling import Labelling
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._recording import Recording
 from dshpm_jax._settings import Settings
+
+Notice = Callable[[str], object]
+"""Takes a line about what is going on."""
 
 _log = logging.getLogger(__name__)
 
@@ -29,55 +33,92 @@ class _Loaded:
     hashes: dict[str, str]
 
 
-def label_batch(jobs: Sequence[Job], out: Path, settings: Settings) -> list[Outcome]:
-    """Labels recordings side by side; one that fails harms no other.
+def label_batch(jobs: Sequence[Job], out: Path, settings: Settings, notice: Notice) -> Iterator[Outcome]:
+    """Labels recordings side by side, and gives each outcome when its result is written; one that fails harms no other.
 
-    Nothing but the outcomes stays in memory or goes back to whoever asked.
+    Nothing but the outcomes goes to whoever asked.
     """
-    start = time.perf_counter()
+    notice(f"reading {_files(len(jobs))}")
     models: dict[tuple[Path, ...], tuple[SubjectModel, str]] = {}
-    outcomes: list[Outcome] = []
     loaded: list[_Loaded] = []
+    watch = _Watch()
     for job in jobs:
         try:
             if job.models not in models:
                 models[job.models] = read_models(job.models)
             loaded.append(_load(job, *models[job.models], settings))
         except Exception as error:
-            outcomes.append(failed(job, error))
-    for item, answer in zip(loaded, _answers(loaded, settings), strict=True):
+            yield passed_over(job, error) if without_points(error) else failed(job, error)
+    frames = [item.recording.num_frames for item in loaded]
+    for k, answer in enumerate(_answers(loaded, settings, notice)):
+        item = loaded[k]
         if isinstance(answer, Labelling):
-            outcomes.append(_keep(item, answer, out, settings))
+            outcome = _keep(item, answer, out, settings)
         else:
-            outcomes.append(failed(item.job, answer, item.hashes))
-    return _shared(outcomes, time.perf_counter() - start)
+            outcome = failed(item.job, answer, item.hashes)
+        seconds = watch.share(frames[k:]) if outcome.figures else None
+        yield dataclasses.replace(outcome, notes=item.recording.notes, seconds=seconds)
+
+
+def label_batch_telling(
+    jobs: Sequence[Job], out: Path, settings: Settings, tell: Callable[[Outcome | str], object]
+) -> list[Outcome]:
+    """The same at once, for a process that tells another of each outcome, and of what is going on."""
+    outcomes = []
+    for outcome in label_batch(jobs, out, settings, tell):
+        tell(outcome)
+        outcomes.append(outcome)
+    return outcomes
+
+
+def _files(count: int) -> str:
+    return "1 file" if count == 1 else f"{count} files"
+
+
+class _Watch:
+    """Shares out time among recordings that are labelled side by side, by their frames."""
+
+    def __init__(self) -> None:
+        self._last = time.perf_counter()
+        self._per_frame = 0.0  # seconds of those that have been in flight all the time
+
+    def share(self, frames: Sequence[int]) -> float:
+        """The share of the first of those in flight, which ends now."""
+        now = time.perf_counter()
+        self._per_frame += (now - self._last) / max(1, sum(frames))
+        self._last = now
+        return round(self._per_frame * frames[0], 3)
 
 
 def _load(job: Job, model: SubjectModel, model_hash: str, settings: Settings) -> _Loaded:
     # Hashed before it is read: if it changes meanwhile, the hash after labelling is another.
     hashes = {INPUT: hash_file(job.source), SETTINGS: hash_settings(settings), MODEL: model_hash}
-    return _Loaded(job, io.read(job.source, settings.unlabelled), model, hashes)
+    drop = [*io.kept(model.markers), *settings.drop]
+    recording = io.read(job.source, settings.unlabelled, drop, settings.frozen_gaps)
+    return _Loaded(job, recording, model, hashes)
 
 
-def _answers(loaded: Sequence[_Loaded], settings: Settings) -> Iterator[Labelling | Exception]:
+def _answers(loaded: Sequence[_Loaded], settings: Settings, notice: Notice) -> Iterator[Labelling | Exception]:
     """Labels a batch together; where that raises, what is left of it one by one."""
     if not loaded:
         return
-    cache_programs()
-    from dshpm_jax._label import label_many  # jax is slow to start, and not needed before
+    notice(f"labelling {_files(len(loaded))}")
+    with notice_of_compiling(notice):
+        cache_programs()
+        from dshpm_jax._label import label_many  # jax is slow to start, and not needed before
 
-    done = 0
-    try:
-        for answer in label_many([i.recording for i in loaded], [i.model for i in loaded], settings):
-            yield answer
-            done += 1
-    except Exception:
-        _log.debug("a batch failed, its recordings go one by one", exc_info=True)
-    for item in loaded[done:]:
+        done = 0
         try:
-            yield next(iter(label_many([item.recording], [item.model], settings)))
-        except Exception as error:
-            yield error
+            for answer in label_many([i.recording for i in loaded], [i.model for i in loaded], settings):
+                yield answer
+                done += 1
+        except Exception:
+            _log.debug("a batch failed, its recordings go one by one", exc_info=True)
+        for item in loaded[done:]:
+            try:
+                yield next(iter(label_many([item.recording], [item.model], settings)))
+            except Exception as error:
+                yield error
 
 
 def _keep(item: _Loaded, labelling: Labelling, out: Path, settings: Settings) -> Outcome:
@@ -92,14 +133,3 @@ def _keep(item: _Loaded, labelling: Labelling, out: Path, settings: Settings) ->
     except Exception as error:
         return failed(item.job, error, item.hashes)
     return judged(item.job, settings, item.hashes, figures | {"stats": labelling.stats})
-
-
-def _shared(outcomes: Sequence[Outcome], seconds: float) -> list[Outcome]:
-    """Outcomes with the time of the batch shared out by frames, as its recordings were labelled side by side."""
-    frames = sum(outcome.figures.get("frames", 0) for outcome in outcomes)
-    return [
-        dataclasses.replace(outcome, seconds=round(seconds * outcome.figures["frames"] / frames, 3))
-        if outcome.figures
-        else outcome
-        for outcome in outcomes
-    ]

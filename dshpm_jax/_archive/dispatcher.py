@@ -10,8 +10,10 @@ import logging
 from collections import deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
+from pathlib import Path
+from queue import Empty, SimpleQueue
 
-from dshpm_jax._archive.batch import label_batch
+from dshpm_jax._archive.batch import label_batch_telling
 from dshpm_jax._archive.jobs import Job
 from dshpm_jax._archive.outcomes import FAILED, Outcome, failed
 from dshpm_jax._archive.result_status import ResultStatus
@@ -19,7 +21,7 @@ from dshpm_jax._archive.run import Executor, Order, Step
 from dshpm_jax._archive.workers import Connect, Workers
 from dshpm_jax._messages import UsageError
 
-LOOK_SECONDS = 2  # between two looks at how many workers there are, while nothing happens
+LOOK_SECONDS = 0.5  # between two looks at what workers tell and how many there are, while no batch ends
 
 _log = logging.getLogger(__name__)
 
@@ -46,6 +48,9 @@ class _Dispatcher:
         self._again: deque[list[Job]] = deque()
         self._suspects: deque[list[Job]] = deque()
         self._killed: dict[Job, int] = {}  # workers, by a file that was in a batch of its own
+        self._told: SimpleQueue[Outcome | str] = SimpleQueue()  # by workers that have not ended their batch
+        self._sent: dict[Path, Job] = {}  # by target: the job here of one that may have other paths on its worker
+        self._given: set[Path] = set()  # targets of the outcomes that went on
 
     def run(self, steps: Iterator[Step]) -> Iterator[Outcome]:
         while True:
@@ -53,6 +58,7 @@ class _Dispatcher:
             if not self._running:
                 return
             wait(self._running, timeout=LOOK_SECONDS, return_when=FIRST_COMPLETED)
+            yield from self._new()
             yield from self._finished()
 
     def _fill(self, steps: Iterator[Step]) -> Iterator[Outcome]:
@@ -78,8 +84,29 @@ class _Dispatcher:
 
     def _send(self, batch: list[Job]) -> None:
         jobs = [_absolute(job) for job in batch]
-        future = self._workers.calls.submit(label_batch, jobs, self._order.out, self._order.settings)
-        self._running[future] = batch
+        self._sent |= {job.target: job for job in batch}
+        about = jobs, self._order.out, self._order.settings
+        self._running[self._workers.submit(self._told.put, label_batch_telling, *about)] = batch
+
+    def _new(self) -> Iterator[Outcome]:
+        """What workers have told since."""
+        while True:
+            try:
+                told = self._told.get_nowait()
+            except Empty:
+                return
+            if isinstance(told, str):
+                self._order.notice(told)
+            else:
+                yield from self._once([told])
+
+    def _once(self, outcomes: Sequence[Outcome]) -> Iterator[Outcome]:
+        """Those of which no outcome went on yet: what is told comes again at the end of its batch."""
+        for outcome in outcomes:
+            target = outcome.job.target
+            if target not in self._given:
+                self._given.add(target)
+                yield dataclasses.replace(outcome, job=self._sent[target])
 
     def _finished(self) -> Iterator[Outcome]:
         for future in [future for future in self._running if future.done()]:
@@ -92,24 +119,24 @@ class _Dispatcher:
                 if deaths := self._workers.deaths(error):
                     yield from self._on_worker_death(batch, deaths)
                 else:  # what no file is to blame for: the connection, or an environment without us
-                    yield from (failed(job, error) for job in batch)
+                    yield from self._once([failed(job, error) for job in batch])
             else:
-                mine = {job.target: job for job in batch}
-                yield from (dataclasses.replace(outcome, job=mine[outcome.job.target]) for outcome in outcomes)
+                yield from self._once(outcomes)
 
     def _on_worker_death(self, batch: Sequence[Job], workers: int) -> Iterator[Outcome]:
         """Goes on after the death of the worker, or of several in turn, that labelled `batch`."""
         _log.debug("%d workers died over %s", workers, ", ".join(str(job.source) for job in batch))
         status = ResultStatus(self._order.out, self._order.settings, self._order.force)
-        for job in batch:
+        left = [job for job in batch if job.target not in self._given]
+        for job in left:
             found = status.of(job)
             if isinstance(found, Outcome):  # it was done before the worker died
-                yield found
+                yield from self._once([found])
             elif len(batch) > 1:
                 self._again.append([job])
             elif job in self._killed:  # so it was alone
                 self._killed[job] += workers
-                yield Outcome(job, FAILED, self._blame(job))
+                yield from self._once([Outcome(job, FAILED, self._blame(job))])
             else:
                 self._killed[job] = workers
                 self._suspects.append([job])

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from dshpm_jax._archive.jobs import SUMMARY_NAME
-from dshpm_jax._archive.outcomes import FAILED, Outcome
+from dshpm_jax._archive.outcomes import FAILED, WORST_FIRST, Outcome
 from dshpm_jax._messages import UsageError
 from dshpm_jax.io._atomic import write_whole
 
@@ -23,7 +23,7 @@ SHARDS_NAME = "manifest-shards"
 _ABOUT_THE_RUN = ("seconds", "finished")
 _COLUMNS = (
     *("input", "output", "outcome", "completeness", "confidence", "model_fit", "message", "frames", "points"),
-    *("labelled_points", "trajectories", "labelled_trajectories", "seconds", "finished"),
+    *("labelled_points", "trajectories", "labelled_trajectories", "never_seen", "seconds", "finished"),
     *("models", "sha256", "model", "settings"),
 )
 
@@ -134,6 +134,7 @@ def _row(outcome: Outcome) -> Row:
         **({"message": outcome.message} if outcome.message else {}),
         **outcome.hashes,
         **outcome.figures,
+        **({"doubts": list(outcome.doubts)} if outcome.figures else {}),
         **({} if outcome.seconds is None else {"seconds": outcome.seconds}),
         "finished": datetime.now(UTC).isoformat(),
     }
@@ -176,11 +177,19 @@ def _text(row: Row) -> str:
 
 
 def _summary(rows: Mapping[str, Row]) -> bytes:
+    """The table, what needs somebody first; in it names that are several stand in one cell."""
+    worst_first = sorted(rows.values(), key=_severity)
     table = StringIO(newline="")
     writer = csv.DictWriter(table, _COLUMNS, extrasaction="ignore")
     writer.writeheader()
-    writer.writerows({**row, "models": " ".join(row.get("models", ()))} for row in rows.values())
+    lists = ("models", "never_seen")
+    writer.writerows({**row, **{name: " ".join(row.get(name, ())) for name in lists}} for row in worst_first)
     return table.getvalue().encode(errors="backslashreplace")  # names of files may be no text
+
+
+def _severity(row: Row) -> int:
+    """The place of its outcome; the place of one that a later version may have written is the last."""
+    return WORST_FIRST.index(row["outcome"]) if row["outcome"] in WORST_FIRST else len(WORST_FIRST)
 
 
 def _plain(value: Any) -> Any:

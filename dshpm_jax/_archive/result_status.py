@@ -8,7 +8,7 @@ from pathlib import Path
 from dshpm_jax import io
 from dshpm_jax._archive.hashes import INPUT, MODEL, SETTINGS, hash_file, hash_settings, read_models
 from dshpm_jax._archive.jobs import Job
-from dshpm_jax._archive.outcomes import FAILED, KEPT, Outcome, failed, judged
+from dshpm_jax._archive.outcomes import FAILED, KEPT, Outcome, failed, figures_in, judged
 from dshpm_jax._settings import Settings
 
 _REMEDY = "move it away or give another folder for the results"
@@ -49,7 +49,7 @@ class ResultStatus:
         target, sidecar = self._out / job.target, self._out / job.sidecar
         if not target.exists() and not sidecar.exists():
             return Due(job, "has no result yet")
-        head = io.read_sidecar_head(sidecar) or {}
+        head = io.read_sidecar(sidecar, column_runs=False) or {}
         hashes = {
             INPUT: hash_file(job.source),
             SETTINGS: hash_settings(self._settings),
@@ -58,8 +58,7 @@ class ResultStatus:
         changed = [kind for name, kind in _KINDS.items() if head.get("hashes", {}).get(name) != hashes[name]]
         own = head.get("result", target.name) == target.name
         if target.exists() and "figures" in head and own and not changed and not self._force:
-            figures = head["figures"] | {"stats": head.get("stats", {})}
-            return judged(job, self._settings, hashes, figures, was_there=True)
+            return judged(job, self._settings, hashes, figures_in(head), was_there=True)
         if _KINDS[INPUT] in changed and (reason := self._owned_by_another(job)):
             return Outcome(replace(job, clashes=True), KEPT, reason, hashes)
         if reason := kept_because(target, sidecar):

@@ -6,7 +6,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Se
 from dataclasses import dataclass
 from pathlib import Path
 
-from dshpm_jax._archive.batch import label_batch
+from dshpm_jax._archive.batch import Notice, label_batch
 from dshpm_jax._archive.jobs import Job
 from dshpm_jax._archive.manifest import Manifest, Row
 from dshpm_jax._archive.outcomes import Outcome
@@ -18,11 +18,16 @@ from dshpm_jax.io import WriteError
 from dshpm_jax.report._run_page import write_run_page
 
 BATCH_FILES = 16  # in one batch; twice as many fill the kernels hardly better
+BATCH_GROWTH = 4  # of the number of files, from one in the first batch, so that its result is there soon
 BATCH_BYTES = 16 << 20  # of files in one batch, which bounds its memory and what is lost if it is interrupted
 
 _REMEDY = "the same command makes it again from the results"
 
 _log = logging.getLogger(__name__)
+
+
+def _say_nothing(line: str) -> None:
+    pass
 
 
 @dataclass(frozen=True)
@@ -34,6 +39,7 @@ class Order:
         force: whether results that are up to date are made again.
         shard: which shard of how many this run is, if it does not do all (see `in_shard`).
         workers: how many label side by side; batches are small enough that each gets some.
+        notice: takes lines about what is going on, such as "reading 12 files".
     """
 
     out: Path
@@ -41,6 +47,7 @@ class Order:
     force: bool = False
     shard: tuple[int, int] | None = None
     workers: int = 1
+    notice: Notice = _say_nothing
 
 
 Step = Outcome | list[Job]
@@ -56,7 +63,7 @@ def label_here(steps: Iterator[Step], order: Order) -> Iterator[Outcome]:
         if isinstance(step, Outcome):
             yield step
         else:
-            yield from label_batch(step, order.out, order.settings)
+            yield from label_batch(step, order.out, order.settings, order.notice)
 
 
 def label_archive(jobs: Sequence[Job], order: Order, executor: Executor = label_here) -> Generator[Outcome, None, None]:
@@ -97,7 +104,8 @@ def _steps(jobs: Sequence[Job], order: Order, rows: Mapping[str, Row]) -> Iterat
     """Recordings of like size together, so that little of a batch is padding."""
     sizes = {job: _size(job.source) for job in jobs}
     batch: list[Job] = []
-    most = _most(len(jobs), order.workers)
+    sent = 0
+    most = _most(len(jobs), sent, order.workers)
     small_first = sorted(jobs, key=lambda job: (sizes[job], str(job.source)))
     for seen, due in enumerate(what_is_due(small_first, order, rows)):
         if isinstance(due, Outcome):
@@ -106,15 +114,21 @@ def _steps(jobs: Sequence[Job], order: Order, rows: Mapping[str, Row]) -> Iterat
         total = sum(sizes[job] for job in batch) + sizes[due.job]
         if batch and (len(batch) == most or total > BATCH_BYTES):
             yield batch
-            batch, most = [], _most(len(jobs) - seen, order.workers)
+            sent += 1
+            batch, most = [], _most(len(jobs) - seen, sent, order.workers)
         batch.append(due.job)
     if batch:
         yield batch
 
 
-def _most(left: int, workers: int) -> int:
-    """Files of the next batch, of those left: towards the end fewer, so that all workers end at about the same time."""
-    return BATCH_FILES if workers == 1 else min(BATCH_FILES, math.ceil(left / (2 * workers)))
+def _most(left: int, sent: int, workers: int) -> int:
+    """Files of the next batch, of those left, after `sent` batches.
+
+    At first few, so that the first results are soon there, and towards the end fewer, so that all workers end at about
+    the same time.
+    """
+    grown = min(BATCH_FILES, BATCH_GROWTH ** min(sent // workers, BATCH_FILES))
+    return grown if workers == 1 else min(grown, math.ceil(left / (2 * workers)))
 
 
 def _size(path: Path) -> int:

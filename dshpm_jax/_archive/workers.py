@@ -2,11 +2,13 @@
 
 import json
 import logging
+import pickle
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor as CallExecutor
+from concurrent.futures import Future
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
+from uuid import uuid4
 
 from dshpm_jax._console import complain
 from dshpm_jax._messages import UsageError
@@ -20,13 +22,14 @@ class Workers(NamedTuple):
     """Where batches go.
 
     Attributes:
-        calls: runs a call on one of them.
+        submit: runs a call on one of them: `submit(told, function, *arguments)`. The function takes `tell` besides,
+            and what it tells goes to `told` at once, in another thread.
         how_many: how many there are now.
         deaths: how many of them died over a call that raised this; none if it was something else.
         memory: what each may use (bytes), if that is known.
     """
 
-    calls: CallExecutor
+    submit: Callable[..., Future]
     how_many: Callable[[], int]
     deaths: Callable[[Exception], int]
     memory: int | None = None
@@ -46,7 +49,7 @@ def local_workers(count: int, memory: int | None = None) -> Iterator[Workers]:
         memory = int(MEMORY_SHARE * whole / count)
     pool = ProcessPool(count, memory)
     try:
-        yield Workers(pool, lambda: count, lambda error: int(isinstance(error, WorkerDied)), memory)
+        yield Workers(pool.submit_telling, lambda: count, lambda error: int(isinstance(error, WorkerDied)), memory)
     finally:
         pool.shutdown(cancel_futures=True)
 
@@ -74,9 +77,35 @@ def workers_of(address: str | None, file: Path | None) -> Iterator[Workers]:
             complain(f"{address}: the scheduler has no workers yet, waiting for them")
         calls = client.get_executor(pure=False)
         try:
-            yield Workers(calls, how_many, deaths)
+            yield Workers(_Telling(client, calls).submit, how_many, deaths)
         finally:
             calls.shutdown(wait=False)  # which cancels what is left
+
+
+class _Telling:
+    """Calls on dask workers that tell of what they do: as events of one topic, numbered by the call."""
+
+    def __init__(self, client: Any, calls: Any):
+        self._calls = calls
+        self._topic = f"dshpm-jax-{uuid4().hex}"
+        self._told: list[Callable[[Any], object]] = []
+        client.subscribe_topic(self._topic, self._on_event)
+
+    def submit(self, told: Callable[[Any], object], function: Callable, *arguments: Any) -> Future:
+        self._told.append(told)
+        return self._calls.submit(_tell_dask, self._topic, len(self._told) - 1, function, arguments)
+
+    def _on_event(self, event: tuple[float, Any]) -> None:
+        call, value = event[1]
+        self._told[call](pickle.loads(value))
+
+
+def _tell_dask(topic: str, call: int, function: Callable, arguments: tuple) -> Any:
+    """Runs on a worker of dask."""
+    from distributed import get_worker
+
+    worker = get_worker()
+    return function(*arguments, tell=lambda value: worker.log_event(topic, (call, pickle.dumps(value))))
 
 
 def _distributed() -> Any:

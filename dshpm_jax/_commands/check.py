@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 from dshpm_jax import io
 from dshpm_jax._commands.statuses import FAILURES, OK
 from dshpm_jax._compile_cache import cache_programs
-from dshpm_jax._console import add_unlabelled, complain, say
+from dshpm_jax._console import add_reading, complain, say
 from dshpm_jax._messages import UsageError, one_line
+from dshpm_jax._reading import Reading, read_aloud, reading
 from dshpm_jax._recording import Recording
 from dshpm_jax.io._atomic import write_whole
 
@@ -44,7 +45,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING", help="labelled recording")
     parser.add_argument("--model", type=Path, required=True, metavar="MODEL", help="model of the subject")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write what was found there too")
-    add_unlabelled(parser)
+    add_reading(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -57,7 +58,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise UsageError(f"{arguments.json}: is there and holds no findings, not overwritten; give another file")
     cache_programs()
     rows, good = [], True
-    for found in _audits(arguments.recordings, arguments.model, arguments.unlabelled):
+    for found in _audits(arguments.recordings, arguments.model, reading(arguments)):
         good &= found.sound
         rows += found.rows
         for line in found.troubles:
@@ -69,8 +70,8 @@ def run(arguments: argparse.Namespace) -> int:
     return OK if good else FAILURES
 
 
-def _audits(paths: Sequence[Path], model_path: Path, unlabelled: Sequence[str] = ()) -> Iterator[_Audit]:
-    """Audits files one by one; one that cannot be read harms no other. `unlabelled` is that of `io.read`."""
+def _audits(paths: Sequence[Path], model_path: Path, how: Reading) -> Iterator[_Audit]:
+    """Audits files one by one; one that cannot be read harms no other. `how` they are read is as for `io.read`."""
     try:
         model = io.read_model(model_path)
     except io.ReadError as error:
@@ -82,7 +83,7 @@ def _audits(paths: Sequence[Path], model_path: Path, unlabelled: Sequence[str] =
     driver = Driver()
     for path in paths:
         try:
-            recording = io.read(path, unlabelled)
+            recording = read_aloud(path, how, model.markers)
             yield _audit(path, recording, check(recording, model, driver=driver), model.markers)
         except io.ReadError as error:
             yield _Audit(False, troubles=[str(error)])

@@ -11,19 +11,21 @@ from pathlib import Path
 from dshpm_jax._archive.dispatcher import label_on
 from dshpm_jax._archive.jobs import Job, find_jobs, in_shard
 from dshpm_jax._archive.manifest import known_rows
-from dshpm_jax._archive.progress import Progress, log_to
+from dshpm_jax._archive.progress import TICK_SECONDS, Progress, every, log_to
 from dshpm_jax._archive.result_status import Due
 from dshpm_jax._archive.run import Executor, Order, label_archive, label_here, what_is_due
 from dshpm_jax._archive.workers import local_workers, workers_of
 from dshpm_jax._commands.pages import add_open, open_page
 from dshpm_jax._commands.statuses import FAILURES, OK
 from dshpm_jax._compile_cache import cache_folder
-from dshpm_jax._console import add_unlabelled, complain, say
+from dshpm_jax._console import add_reading, complain, say
 from dshpm_jax._messages import UsageError
 from dshpm_jax._settings import Settings
 from dshpm_jax.io import WriteError
+from dshpm_jax.report._run_page import PAGE_NAME
 
 ABOUT = "labels recordings"
+MOST_INPUTS = 3  # named in a line
 
 
 def add_options(label: argparse.ArgumentParser) -> None:
@@ -59,9 +61,9 @@ def add_options(label: argparse.ArgumentParser) -> None:
         "--completeness",
         type=float,
         metavar="X",
-        help="a file with fewer of its markers found counts as partly labelled (default: 0.5)",
+        help="a file counts as partly labelled if less of its markers' points have a label (default: 0.5)",
     )
-    add_unlabelled(how)
+    add_reading(how)
     run = label.add_argument_group("the run")
     run.add_argument("--dry-run", action="store_true", help="list what would be done, with which model; write nothing")
     run.add_argument("--force", action="store_true", help="make earlier results again, even if nothing changed")
@@ -75,13 +77,15 @@ def add_options(label: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Labels, and gives the exit status: 0 all labelled, 1 not all."""
+    """Labels, and gives the exit status: 0 all labelled, 1 not all, or some doubtful."""
     settings = _settings(arguments)
     for model in arguments.model:
         if not model.is_file():
             raise UsageError(f"{model}: there is no such model; make one with 'dshpm-jax model'")
     if arguments.shard and (arguments.scheduler or arguments.scheduler_file):
         raise UsageError("--shard: the workers of a scheduler share out all files themselves; leave one of them out")
+    if not arguments.dry_run:
+        say(f"looking for recordings in {_listed(arguments.inputs)}")
     jobs = find_jobs(arguments.inputs, arguments.model, arguments.out, arguments.format == "same")
     order = Order(arguments.out, settings, arguments.force, arguments.shard, arguments.workers or 1)
     if order.shard:
@@ -111,17 +115,23 @@ def _executor(arguments: argparse.Namespace) -> Executor:
 
 def _label(jobs: Sequence[Job], order: Order, executor: Executor) -> int:
     progress = Progress(jobs)
-    whole = True
+    whole = False
+    order = dataclasses.replace(order, notice=progress.notice)
     try:
-        with closing(label_archive(jobs, order, executor)) as outcomes:
+        with every(TICK_SECONDS, progress.tick), closing(label_archive(jobs, order, executor)) as outcomes:
             for outcome in outcomes:
                 progress.take(outcome)
+        whole = True
     except WriteError as error:
         complain(error)
-        whole = False
     finally:
-        progress.end(order.out)
+        progress.end(order.out, order.out / PAGE_NAME if whole else None)
     return OK if whole and progress.all_labelled else FAILURES
+
+
+def _listed(inputs: Sequence[Path]) -> str:
+    more = f" and {len(inputs) - MOST_INPUTS} more" if len(inputs) > MOST_INPUTS else ""
+    return ", ".join(map(str, inputs[:MOST_INPUTS])) + more
 
 
 def _say_what_is_due(jobs: Sequence[Job], order: Order) -> int:
@@ -152,6 +162,8 @@ def _settings(arguments: argparse.Namespace) -> Settings:
         "completeness": arguments.completeness,
         "min_confidence": arguments.confidence,
         "unlabelled": arguments.unlabelled or None,
+        "drop": arguments.drop or None,
+        "frozen_gaps": False if arguments.keep_frozen else None,
     }
     try:
         settings = Settings.from_toml(arguments.settings) if arguments.settings else Settings()

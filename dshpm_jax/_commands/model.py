@@ -7,10 +7,11 @@ from pathlib import Path
 from dshpm_jax import io
 from dshpm_jax._commands.statuses import FAILURES, OK
 from dshpm_jax._compile_cache import cache_programs
-from dshpm_jax._console import add_unlabelled, complain, say
+from dshpm_jax._console import add_reading, complain, say
 from dshpm_jax._messages import UsageError
 from dshpm_jax._model import SubjectModel
-from dshpm_jax._recording import Recording
+from dshpm_jax._reading import Reading, read_aloud, reading, say_joined
+from dshpm_jax._recording import Recording, check_names_apart
 
 ABOUT = "a marker model from labelled recordings of the subject"
 TEMPLATES = ("body-parts", "helen-hayes", "plug-in-gait")
@@ -23,6 +24,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING", help=about)
     about = "the model's file (JSON)"
     parser.add_argument("-o", "--output", dest="out", type=Path, required=True, metavar="MODEL", help=about)
+    parser.add_argument("--markers", type=Path, metavar="XML", help="OpenSim's marker set beside an .osim file")
     add_how(parser)
 
 
@@ -33,7 +35,7 @@ def add_how(parser: argparse.ArgumentParser) -> None:
     how.add_argument("--template", choices=TEMPLATES, help="take the segments from a known marker set")
     about = "do not compare the labels of a folder's recordings with the model of the others; that takes the longest"
     parser.add_argument("--no-check", dest="check", action="store_false", help=about)
-    add_unlabelled(parser)
+    add_reading(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -49,12 +51,12 @@ def _written(arguments: argparse.Namespace) -> bool:
     given, out = arguments.recordings, arguments.out
     try:
         if given[0].suffix.lower() in io.SUBJECT_FILES:
-            write(io.read_model(given[0]), out)
+            write(io.read_model(given[0], arguments.markers), out)
             return True
         if given[0].is_dir():
             recordings = chosen_in(given[0], arguments)
         else:
-            recordings = [_read_labelled(path, arguments.unlabelled) for path in given]
+            recordings = [_read_labelled(path, reading(arguments)) for path in given]
         if recordings:
             return made_of(recordings, arguments, out)
         complain(f"{given[0]}: none of its own recordings can be used; 'dshpm-jax models' looks into its folders too")
@@ -84,7 +86,7 @@ def chosen_in(folder: Path, arguments: argparse.Namespace) -> list[Recording]:
     """The recordings of a folder that a model is to be made of; says which, and why not the others."""
     from dshpm_jax._model_choice import choose, compare_labels  # imports scipy
 
-    choice = choose(folder, arguments.unlabelled)
+    choice = choose(folder, reading(arguments))
     if arguments.check and len(choice.used) > 1:
         say(f"{folder}: comparing the labels of {len(choice.used)} recordings; --no-check leaves that out")
         cache_programs()
@@ -106,6 +108,8 @@ def _check_sources(arguments: argparse.Namespace) -> None:
     files = [path for path in given if path.suffix.lower() in io.SUBJECT_FILES]
     if files and len(given) > 1:
         raise UsageError(f"{files[0]}: a subject file makes a model alone; give it or recordings, not both")
+    if arguments.markers and not files:
+        raise UsageError(f"{arguments.markers}: a file of markers goes with an .osim file; leave out --markers")
     if files and (arguments.segments or arguments.template):
         raise UsageError(f"{files[0]}: a subject file says what its segments are; leave out --segments and --template")
     folders = [path for path in given if path.is_dir()]
@@ -113,8 +117,10 @@ def _check_sources(arguments: argparse.Namespace) -> None:
         raise UsageError(f"{folders[0]}: a folder makes a model alone; give it or recordings, not both")
 
 
-def _read_labelled(path: Path, unlabelled: Sequence[str]) -> Recording:
-    recording = io.read(path, unlabelled)
+def _read_labelled(path: Path, how: Reading) -> Recording:
+    recording = read_aloud(path, how)
+    check_names_apart(recording)
+    say_joined(path, recording)
     if not recording.labelled.any():
         raise io.ReadError(path, "none of its points has a label", "a model needs a labelled recording")
     return recording

@@ -10,9 +10,10 @@ import numpy as np
 from dshpm_jax import io
 from dshpm_jax._commands.statuses import FAILURES, OK
 from dshpm_jax._compile_cache import cache_programs
-from dshpm_jax._console import add_unlabelled, complain, say
+from dshpm_jax._console import add_reading, complain, say
 from dshpm_jax._messages import UsageError, one_line
 from dshpm_jax._model import SubjectModel
+from dshpm_jax._reading import read_aloud, reading
 
 if TYPE_CHECKING:
     from dshpm_jax._reconstruction import Motion
@@ -31,7 +32,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--fill", action="store_true", help="fill the gaps of markers too, and write them as C3D")
     parser.add_argument("--max-gap", type=float, metavar="SECONDS", help="leave longer gaps open (default: none)")
     parser.add_argument("--force", action="store_true", help="overwrite earlier results")
-    add_unlabelled(parser)
+    add_reading(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -66,7 +67,7 @@ def _reconstruct(path: Path, model: SubjectModel, arguments: argparse.Namespace)
         for result in (motion_file, filled_file) if arguments.fill else (motion_file,):
             if result.exists() and not arguments.force:
                 raise io.WriteError(result, "is there already, not overwritten", "give another folder or --force")
-        motion = reconstruct(io.read(path, arguments.unlabelled), model)
+        motion = reconstruct(read_aloud(path, reading(arguments), model.markers), model)
         filled = motion.filled(arguments.max_gap) if arguments.fill else None
         write_motion(motion, motion_file, filled)
         if filled is not None:

@@ -13,6 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
+from dshpm_jax._columns import ACCELERATION, SPEED
 from dshpm_jax._geometry import is_seen
 from dshpm_jax._types import NO_MATCH
 
@@ -20,16 +21,9 @@ NOISE = 12.0
 """mm; used in `_expectation`: a steady point may always miss its prediction by this; by hand: noise, soft tissue, and a
 margin."""
 
-ACCELERATION = 150e3
-"""mm/s^2; used in `_expectation` and where columns are cut: what it moves a point in a frame, a prediction may miss by;
-by hand: impacts exceed it, and then the neighbours' deviation helps."""
-
 STEADY_SHARE = 0.25
 """share of what `ACCELERATION` explains; used in `_expectation`: what a point that kept to its predictions may miss by,
 beside `NOISE`; by hand."""
-
-SPEED = 20e3
-"""mm/s; used in `_expectation`: if nothing is known of a point, it may go no farther; derived: a foot in a sprint."""
 
 RELATIVE_SPEED = 12e3
 """mm/s; used in `_expectation`: if only the velocity of its neighbours is known, a point may go no farther from it; by

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from dshpm_jax._geometry import is_seen
-from dshpm_jax._recording import Recording
+from dshpm_jax._recording import Recording, check_names_apart
 
 
 def gather(recordings: Sequence[Recording]) -> tuple[tuple[str, ...], list[Float[np.ndarray, "frames markers 3"]]]:
@@ -40,11 +40,7 @@ def _columns(recording: Recording) -> dict[str, list[int]]:
     found: dict[str, list[int]] = {}
     for column in np.flatnonzero(labelled & present.any(0)):
         found.setdefault(recording.labels[column], []).append(int(column))
-    for name, columns in found.items():
-        if (present[:, columns].sum(1) > 1).any():
-            raise ValueError(
-                f"{_source(recording)} has two columns named {name!r} that are seen together; rename or remove one"
-            )
+    check_names_apart(recording)
     return found
 
 

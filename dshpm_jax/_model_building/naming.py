@@ -3,13 +3,14 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from dshpm_jax._model_building.body_parts import parts_of_each
 
 
 def segment_names(segments: Sequence[Sequence[int]], names: Sequence[str]) -> list[str]:
     """A part of the body for each segment where its markers' names say one, each part once; else `segment-3`."""
+    from scipy.optimize import linear_sum_assignment  # a third of a second, which reading a model need not wait for
+
     parts_of_marker = parts_of_each(names)
     parts = sorted({part for found in parts_of_marker for part in found})
     votes = np.zeros((len(segments), len(parts)))

@@ -97,6 +97,7 @@ def _bone_poses(bones: Sequence[Bone], poses: int, rng: np.random.Generator) -> 
 
 
 def _turns(axis: np.ndarray, spread: float, poses: int, rng: np.random.Generator) -> Float[np.ndarray, "poses 3 3"]:
+
     return Rotation.from_rotvec(rng.normal(0, spread, (poses, 1)) * axis).as_matrix()
 
 

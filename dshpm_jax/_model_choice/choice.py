@@ -9,6 +9,7 @@ import numpy as np
 from dshpm_jax._model_building import TUNING, gather, liveliness
 from dshpm_jax._model_choice.folders import Found, find
 from dshpm_jax._model_choice.wrong_labels import find_wrong_labels
+from dshpm_jax._reading import AS_USUAL, Reading
 from dshpm_jax._recording import Recording
 
 SHARED = 3
@@ -47,13 +48,13 @@ class Choice:
             yield f"{self.folder}: {count} no label: {_some([path.name for path in self.unlabelled])}"
 
 
-def choose(folder: Path, unlabelled: Sequence[str] = ()) -> Choice:
-    """Chooses among the recordings that a folder holds directly; `unlabelled` is that of `io.read`.
+def choose(folder: Path, how: Reading = AS_USUAL) -> Choice:
+    """Chooses among the recordings that a folder holds directly; `how` they are read is as for `io.read`.
 
     Left out are results of this program, files that cannot be read, recordings without a label or of another body, and
     those that hardly move beside livelier ones and add no marker. Labels are not compared (`compare_labels`).
     """
-    found: Found = find(folder, unlabelled)
+    found: Found = find(folder, how)
     choice = Choice(folder, found.labelled, left_out=found.left_out, unlabelled=found.unlabelled)
     _of_one_body(choice)
     _lively(choice)

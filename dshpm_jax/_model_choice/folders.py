@@ -1,13 +1,14 @@
 """The folders of an archive, and what of a folder may be labelled recordings of its subject."""
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from dshpm_jax import io
 from dshpm_jax._archive.manifest import MANIFEST_NAME
 from dshpm_jax._model_building import gather
+from dshpm_jax._reading import AS_USUAL, Reading, read_aloud
 from dshpm_jax._recording import Recording
 
 FILLED, MOTION = ".filled.c3d", ".motion.npz"
@@ -49,15 +50,15 @@ def recordings_in(folder: Path) -> list[Path]:
     return sorted(path for path in files if io.may_be_recording(path))
 
 
-def find(folder: Path, unlabelled: Sequence[str] = ()) -> Found:
-    """Reads the recordings directly in a folder; `unlabelled` is that of `io.read`."""
+def find(folder: Path, how: Reading = AS_USUAL) -> Found:
+    """Reads the recordings directly in a folder; `how` they are read is as for `io.read`."""
     found = Found()
     for path in recordings_in(folder):
         if _is_result(path):
             found.left_out[path] = "a result of this program, whose labels no person has looked at"
             continue
         try:
-            recording = io.read(path, unlabelled)
+            recording = read_aloud(path, how)
             if recording.labelled.any():
                 gather([recording])  # refuses labels that a model cannot be made of
                 found.labelled.append(recording)

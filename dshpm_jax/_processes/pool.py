@@ -14,7 +14,9 @@ from threading import Event, Lock, Thread
 from typing import Any
 
 from dshpm_jax._messages import UsageError
-from dshpm_jax._processes.worker import SetUp, answer_calls
+from dshpm_jax._processes.worker import GIVEN, TOLD, SetUp, answer_calls
+
+Told = Callable[[Any], object] | None
 
 MOST_FAILED_STARTS = 5  # of a process in a row, before we give up
 
@@ -37,7 +39,7 @@ class ProcessPool(Executor):
     """
 
     def __init__(self, count: int, memory: int | None = None, set_up: SetUp = None):
-        self._calls: SimpleQueue[tuple[Future, bytes] | None] = SimpleQueue()
+        self._calls: SimpleQueue[tuple[Future, bytes, Told] | None] = SimpleQueue()
         self._closed = Event()
         if hasattr(signal, "pthread_sigmask"):
             resource_tracker.ensure_running()  # it lets Ctrl-C through again when it starts, so it has to start before
@@ -49,10 +51,20 @@ class ProcessPool(Executor):
         The future raises what the call raises, `WorkerDied` where its process ended, and `UsageError` where no process
         will start.
         """
+        return self._submit(None, fn, args, kwargs)
+
+    def submit_telling(self, told: Callable[[Any], object], fn: Callable, /, *args: Any, **kwargs: Any) -> Future:
+        """The same for a call that takes a function `tell` besides: `told` gets at once what it is called with.
+
+        `told` is called in another thread than this.
+        """
+        return self._submit(told, fn, args, kwargs)
+
+    def _submit(self, told: Told, fn: Callable, args: tuple, kwargs: dict[str, Any]) -> Future:
         if self._closed.is_set():
             raise RuntimeError("the pool is shut down")
         future: Future = Future()
-        self._calls.put((future, pickle.dumps((fn, args, kwargs))))
+        self._calls.put((future, pickle.dumps((fn, args, kwargs, told is not None)), told))
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
@@ -98,25 +110,29 @@ class _Worker:
         if hasattr(signal, "pthread_sigmask"):  # what this thread starts never hears Ctrl-C
             signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         while (call := self._calls.get()) is not None:
-            future, message = call
+            future, message, told = call
             if future.set_running_or_notify_cancel():
-                self._answer(future, message)
+                self._answer(future, message, told)
         if self._process is not None:
             self._connection.close()  # the process ends when it reads that
             self._process.join()
 
-    def _answer(self, future: Future, message: bytes) -> None:
+    def _answer(self, future: Future, message: bytes, told: Told) -> None:
         try:
             self._start()
             self._connection.send_bytes(message)
-            good, answer = self._connection.recv()
+            how, answer = self._connection.recv()
+            while how == TOLD:
+                if told is not None:
+                    told(answer)
+                how, answer = self._connection.recv()
         except (EOFError, OSError):
             self._forget()
             future.set_exception(WorkerDied("the process ended"))
         except Exception as error:  # no process starts, or its answer cannot be read
             future.set_exception(error)
         else:
-            future.set_result(answer) if good else future.set_exception(answer)
+            future.set_result(answer) if how == GIVEN else future.set_exception(answer)
 
     def _start(self) -> None:
         """Starts the process unless it runs, and waits until it is ready."""

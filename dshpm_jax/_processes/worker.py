@@ -12,6 +12,7 @@ from dshpm_jax._processes.memory import end_beyond
 
 SetUp = Callable[[], object] | None
 
+TOLD, GIVEN, RAISED = "told", "given", "raised"  # what a call says before its end, gives, or raises
 MEMORY_MARGIN = 0.95  # of its memory; a process that uses more is ended
 
 
@@ -29,18 +30,24 @@ def answer_calls(connection: Any, place: int, count: int, memory: int | None, se
             message = connection.recv_bytes()
         except EOFError:
             return
-        connection.send_bytes(_answer_to(message))
+        connection.send_bytes(_answer_to(message, connection))
 
 
-def _answer_to(message: bytes) -> bytes:
+def _answer_to(message: bytes, connection: Any) -> bytes:
+    """What the call gives or raises; what it tells before goes through `connection` at once."""
+
+    def tell(value: object) -> None:
+        connection.send_bytes(pickle.dumps((TOLD, value)))
+
     try:
-        function, arguments, named = pickle.loads(message)
-        return pickle.dumps((True, function(*arguments, **named)))
+        function, arguments, named, tells = pickle.loads(message)
+        answer = function(*arguments, **named, tell=tell) if tells else function(*arguments, **named)
+        return pickle.dumps((GIVEN, answer))
     except Exception as error:
         try:
-            return pickle.dumps((False, error))
+            return pickle.dumps((RAISED, error))
         except Exception:  # it holds what cannot be sent
-            return pickle.dumps((False, RuntimeError(f"{type(error).__name__}: {error}")))
+            return pickle.dumps((RAISED, RuntimeError(f"{type(error).__name__}: {error}")))
 
 
 def _take_cores_and_gpu(place: int, count: int) -> None:

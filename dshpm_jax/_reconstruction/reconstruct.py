@@ -11,7 +11,7 @@ from dshpm_jax._reconstruction.filling import marker_points
 from dshpm_jax._reconstruction.interpolation import interpolate
 from dshpm_jax._reconstruction.motion import Found, Motion
 from dshpm_jax._reconstruction.rigid import SegmentPoses, rigid_poses
-from dshpm_jax._recording import Recording
+from dshpm_jax._recording import Recording, check_names_apart
 from dshpm_jax._types import NO_PARENT
 
 BRIDGED_SECONDS = 1.0
@@ -64,6 +64,7 @@ def _named(labelled: Labelling | GivenRecording, model: GivenModel | None) -> tu
     recording, known = recording_of(labelled), model_of(model)
     if not set(recording.labels) & set(known.markers):
         raise ValueError("none of its labels is in the model; give a labelled recording and the model of its subject")
+    check_names_apart(recording, take_turns=False)
     return recording, known
 
 

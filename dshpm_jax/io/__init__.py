@@ -1,10 +1,12 @@
 """Files to recordings and models, and back; nothing here imports jax."""
 
 from dshpm_jax.io._c3d import write_c3d as write_c3d
+from dshpm_jax.io._errors import NoPoints as NoPoints
 from dshpm_jax.io._errors import ReadError as ReadError
 from dshpm_jax.io._errors import WriteError as WriteError
 from dshpm_jax.io._filled import write_filled as write_filled
 from dshpm_jax.io._frame_numbers import first_frame as first_frame
+from dshpm_jax.io._how import kept as kept
 from dshpm_jax.io._labelled import write_labelled as write_labelled
 from dshpm_jax.io._model_file import SUBJECT_FILES as SUBJECT_FILES
 from dshpm_jax.io._model_file import is_model as is_model

@@ -1,13 +1,12 @@
 """C3D files to recordings and back."""
 
 import re
-from collections.abc import Sequence
-from fnmatch import fnmatchcase
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Bool, Float
 
+from dshpm_jax._geometry import is_seen
 from dshpm_jax._recording import Recording, bare_label, is_unlabelled
 from dshpm_jax.io._c3d_format import MAX_FRAMES_FIELD, C3dFile, read_layout, write_layout
 from dshpm_jax.io._c3d_parameters import (
@@ -22,38 +21,45 @@ from dshpm_jax.io._c3d_parameters import (
     integers,
     text_parameters,
 )
-from dshpm_jax.io._errors import ReadError
-from dshpm_jax.io._units import FARTHEST_MM, HIGHEST_RATE, LOWEST_RATE, MILLIMETRES, length_unit
+from dshpm_jax.io._doubts import doubts
+from dshpm_jax.io._errors import NoPoints, ReadError
+from dshpm_jax.io._far import set_far_missing
+from dshpm_jax.io._raw import Raw
+from dshpm_jax.io._units import HIGHEST_RATE, LOWEST_RATE, MILLIMETRES, length_unit
 
 _OUTPUT_GROUPS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "MODELED_MARKERS")
 _CENTRE_OF_MASS = re.compile(r"Cent(re|er)OfMass.*", re.IGNORECASE)
 
 
-def read_c3d(path: Path, unlabelled: Sequence[str] = ()) -> Recording:
-    """The markers of a C3D file; what a model computed from them is left out."""
-    return recording_of(read_layout(path), path, unlabelled)
+def raw_c3d(path: Path) -> Raw:
+    """The points of a C3D file, but for what the file itself says that a model computed."""
+    return raw_of(read_layout(path), path)
 
 
-def recording_of(file: C3dFile, path: Path, unlabelled: Sequence[str] = ()) -> Recording:
-    """What `read_c3d` gives, for a file that has been read."""
+def raw_of(file: C3dFile, path: Path) -> Raw:
+    """What `raw_c3d` gives, for a file that has been read."""
     labels = raw_labels(file)
     if not labels:
+        if file.analog.size:
+            raise NoPoints(path, "it holds analog samples alone, no points", "give recordings with points")
         raise ReadError(path, "it holds no points", "export it with its trajectories")
-    if not len(file.points):
-        raise ReadError(path, "it holds no frames", "export it again")
     outputs = model_outputs(file, labels)
     columns = [c for c in range(len(labels)) if c not in outputs]
     if not columns:
         raise ReadError(path, "all its points are model outputs", "export it with its markers")
-    rate = _rate(file)
+    rate, notes = _rate(file)
     if not LOWEST_RATE <= rate <= HIGHEST_RATE:
         raise ReadError(path, f"its rate is {rate:g} frames a second", "set POINT:RATE")
     unit = length_unit((file.strings("POINT", "UNITS") or [""])[0], path)
-    points = _positions(file, columns, MILLIMETRES[unit])
-    if not np.isfinite(points).any():
-        raise ReadError(path, "not one point was seen in any frame", "export it with its trajectories")
-    names = bare_labels([labels[c] for c in columns], path, _prefixes(file), unlabelled)
-    return Recording(points, names, rate, unit, path, tuple(columns))
+    points, residual = _positions(file, columns, MILLIMETRES[unit])
+    notes += _about_count(file)
+    notes += _set_missing(points, residual)
+    notes += set_far_missing(points, MILLIMETRES[unit])
+    if file.disagreement and (wrong := doubts(points, ["a name"] * len(columns), rate)):
+        raise ReadError(path, f"{file.disagreement}; and as its size has it, {wrong[0]}", "export it again")
+    names = tuple(labels[c] for c in columns)
+    unmeasured = _unmeasured(points, residual)
+    return Raw(path, points, names, tuple(columns), rate, unit, tuple(_prefixes(file)), unmeasured, tuple(notes))
 
 
 def write_c3d(recording: Recording, path: str | Path) -> None:
@@ -92,28 +98,6 @@ def _prefixes(file: C3dFile) -> list[str]:
     if not file.number("SUBJECTS", "USES_PREFIXES"):
         return []
     return sorted(filter(None, file.strings("SUBJECTS", "LABEL_PREFIXES")), key=len, reverse=True)
-
-
-def bare_labels(
-    labels: list[str], path: Path, prefixes: Sequence[str] = (), unlabelled: Sequence[str] = ()
-) -> tuple[str, ...]:
-    """Labels without subject prefixes; with them where two subjects wear markers of the same names.
-
-    Arguments:
-        prefixes: what comes before labels in this file, besides what ends in a colon.
-        unlabelled: names, with wildcards, that count as none; with or without their prefix.
-    """
-    bare = [bare_label(name.removeprefix(next(filter(name.startswith, prefixes), ""))) for name in labels]
-    whole = [name.strip() for name in labels]
-    for k, both in enumerate(zip(bare, whole)):
-        if any(fnmatchcase(name, pattern) for name in both for pattern in unlabelled):
-            bare[k] = whole[k] = ""
-    for names in (bare, whole):
-        named = [name for name in names if not is_unlabelled(bare_label(name))]
-        if len(set(named)) == len(named):
-            return tuple(names)
-    twice = next(name for name in named if named.count(name) > 1)
-    raise ReadError(path, f"two points have the label '{twice}'", "rename one of them or clear its label")
 
 
 def fresh_layout(recording: Recording, first: int = 1) -> C3dFile:
@@ -159,32 +143,65 @@ def _fresh_groups(recording: Recording, first: int) -> list[Group]:
     return [Group(k + 1, name, parameters=found) for k, (name, found) in enumerate(names.items())]
 
 
-def _rate(file: C3dFile) -> float:
-    """Frames a second: POINT:RATE, or the header's where that parameter is not there."""
+def _rate(file: C3dFile) -> tuple[float, list[str]]:
+    """Frames a second: POINT:RATE, or the header's where that parameter is not there; what to say if they disagree."""
+    said = float(decode_floats(np.frombuffer(file.header[20:24], np.uint8), file.processor)[0])
     rate = file.number("POINT", "RATE")
-    return (
-        float(decode_floats(np.frombuffer(file.header[20:24], np.uint8), file.processor)[0]) if rate is None else rate
-    )
+    if rate is None:
+        return said, []
+    if LOWEST_RATE <= said <= HIGHEST_RATE and abs(said - rate) > 0.01 * abs(rate):
+        return rate, [f"its header says {said:g} frames a second and POINT:RATE {rate:g}: the latter is taken"]
+    return rate, []
 
 
-def _positions(file: C3dFile, columns: list[int], scale: float) -> Float[np.ndarray, "frames points 3"]:
-    """Positions in millimetres, NaN where missing; `scale` is the length of the file's unit."""
+def _positions(
+    file: C3dFile, columns: list[int], unit: float
+) -> tuple[Float[np.ndarray, "frames points 3"], Float[np.ndarray, "frames points"]]:
+    """Positions in millimetres and residuals as the file counts them; `unit` is the length of the file's unit."""
     records = np.ascontiguousarray(file.points[:, columns])
-    raw = records.view(np.uint8).reshape(*records.shape, -1)
+    raw = records.view(np.uint8).reshape(*records.shape, file.points.dtype.itemsize)
     with np.errstate(over="ignore", invalid="ignore"):  # of bytes that are no numbers; such points count as missing
         if raw.shape[-1] == 8:
             words = np.ascontiguousarray(raw).view(byte_order(file.processor) + "i2")
-            points = words[..., :3] * float(file.scale)
+            points = words[..., :3] * file.count
         else:
             words = decode_floats(raw, file.processor)
             points = words[..., :3].astype(np.float64)
-        points *= scale
-    points[_missing(points, words[..., 3])] = np.nan
-    return points
+        points *= unit
+    return points, words[..., 3]
 
 
-def _missing(
+def _unmeasured(
     points: Float[np.ndarray, "frames points 3"], residual: Float[np.ndarray, "frames points"]
-) -> Bool[np.ndarray, "frames points"]:
-    """Capture systems mark a point that was not seen by a negative residual, by the origin, or by NaN."""
-    return (residual < 0) | (points == 0).all(-1) | ~(np.abs(points) <= FARTHEST_MM).all(-1)
+) -> Bool[np.ndarray, " points"] | None:
+    """Columns that have no residual and no cameras in any frame: computed ones, where most others do have them."""
+    seen = is_seen(points)
+    marked = (seen & (residual != 0)).sum(0)
+    there = seen.any(0)
+    measured = there & (marked > 0.5 * seen.sum(0))
+    return there & (marked == 0) if 2 * measured.sum() > there.sum() else None
+
+
+def _about_count(file: C3dFile) -> list[str]:
+    """What to say where header and parameters disagree about the length of one count: no size of a file tells."""
+    said = file.number("POINT", "SCALE") or 0.0
+    if file.points.dtype.itemsize != 8 or said <= 0 or abs(said - file.count) <= 0.01 * file.count:
+        return []
+    return [
+        f"one count is {file.count:.4g} by its header and {said:.4g} by POINT:SCALE: the former is taken, "
+        "check that sizes are right"
+    ]
+
+
+def _set_missing(
+    points: Float[np.ndarray, "frames points 3"], residual: Float[np.ndarray, "frames points"]
+) -> list[str]:
+    """Capture systems mark a point that was not seen by a negative residual, by the origin, or by NaN.
+
+    Where that leaves nothing the residuals are wrong, not the points: they stay, and a sentence says so.
+    """
+    there = np.isfinite(points).all(-1) & (points != 0).any(-1)
+    seen = there & ~(residual < 0)
+    wrong = there.any() and not seen.any()
+    points[~(there if wrong else seen)] = np.nan
+    return ["all its points are marked as missing and have coordinates: taken for seen"] if wrong else []

@@ -7,16 +7,18 @@ and a damaged file is an error and never a crash.
 
 import struct
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Shaped, UInt8
 
 from dshpm_jax.io._atomic import write_whole
+from dshpm_jax.io._c3d_extent import BLOCK, MAX_FRAMES_FIELD, extent_of
 from dshpm_jax.io._c3d_parameters import (
     CHAR,
     DEC,
+    FLOAT,
     INT,
     INTEL,
     MIPS,
@@ -32,8 +34,7 @@ from dshpm_jax.io._c3d_parameters import (
 )
 from dshpm_jax.io._errors import ReadError, WriteError
 
-BLOCK = 512
-MAX_FRAMES_FIELD = 0xFFFF  # the 16-bit frame counts saturate here
+MAX_PARAMETER_BLOCKS = 255
 
 
 @dataclass
@@ -47,6 +48,7 @@ class C3dFile:
         points: the record of each point, opaque bytes of `record_bytes`.
         analog: all that follows the points in each frame's record.
         tail: what follows the last frame (from the next block on).
+        disagreement: of header and parameters about the records, where the size of the file had to decide.
     """
 
     header: bytes
@@ -55,11 +57,17 @@ class C3dFile:
     points: Shaped[np.ndarray, "frames points"]
     analog: UInt8[np.ndarray, "frames analog_bytes"]
     tail: bytes = b""
+    disagreement: str = ""
 
     @property
     def scale(self) -> float:
         """The length of one count in the file's unit; not positive in a file of floating point numbers."""
         return float(decode_floats(np.frombuffer(self.header[12:16], np.uint8), self.processor)[0])
+
+    @property
+    def count(self) -> float:
+        """The length of one count in a file of 16-bit numbers, by the header or else by POINT:SCALE."""
+        return self.scale if self.scale > 0 else self.number("POINT", "SCALE") or 0.0
 
     def find(self, group: str, name: str) -> Parameter | None:
         for g in self.groups:
@@ -116,8 +124,11 @@ def write_layout(file: C3dFile, path: Path) -> None:
     """Writes a C3D file, whole or not at all."""
     if file.points.shape[1] > 0xFFFF:
         raise WriteError(path, f"{file.points.shape[1]} points are more than a C3D file holds", "leave some out")
-    parameter_blocks = _blocks(len(pack_parameters(file.groups, file.processor)) + 4)
-    if parameter_blocks > 255:
+    try:
+        parameter_blocks = _blocks(len(pack_parameters(_with_starts(file, 0, 1 << 16), file.processor)) + 4)
+    except struct.error:  # a count or a length beyond 16 bits
+        parameter_blocks = MAX_PARAMETER_BLOCKS + 1
+    if parameter_blocks > MAX_PARAMETER_BLOCKS:
         raise WriteError(path, "its parameters are longer than a C3D file allows", "shorten labels and descriptions")
     write_whole(path, _chunks(file, parameter_blocks))
 
@@ -133,6 +144,9 @@ def _chunks(file: C3dFile, parameter_blocks: int) -> Iterator[bytes | memoryview
     header[0] = 2
     header[2:4] = integers([points], file.processor)
     header[16:18] = integers([data_start], file.processor)
+    samples = 4 * file.analog.shape[1] // file.points.dtype.itemsize
+    if samples <= 0xFFFF:  # some writers count channels there, and readers believe them
+        header[4:6] = integers([samples], file.processor)
     yield bytes(header)
     packed = bytes([1, 0x50, parameter_blocks, file.processor]) + pack_parameters(groups, file.processor)
     yield packed.ljust(parameter_blocks * BLOCK, b"\0")
@@ -149,11 +163,17 @@ def _chunks(file: C3dFile, parameter_blocks: int) -> Iterator[bytes | memoryview
 
 def _with_starts(file: C3dFile, data_start: int, tail_start: int) -> list[Group]:
     """The parameters with the places of the data as they are in the new file."""
-    start = Parameter("DATA_START", INT, (), integers([data_start], file.processor))
-    groups = with_parameters(file.groups, "POINT", [start])
+    groups = with_parameters(file.groups, "POINT", [_start_of(data_start, file.processor)])
     if file.tail and file.number("ROTATION", "DATA_START"):  # rotations stand behind the last frame
-        groups = with_parameters(groups, "ROTATION", [replace(start, data=integers([tail_start], file.processor))])
+        groups = with_parameters(groups, "ROTATION", [_start_of(tail_start, file.processor)])
     return groups
+
+
+def _start_of(block: int, processor: int) -> Parameter:
+    """DATA_START; beyond 16 bits as a floating point number, as LONG_FRAMES is, since nothing else holds it."""
+    if block > 0xFFFF:
+        return Parameter("DATA_START", FLOAT, (), encode_floats([block], processor))
+    return Parameter("DATA_START", INT, (), integers([block], processor))
 
 
 def _parse(raw: np.ndarray, path: Path) -> C3dFile:
@@ -168,65 +188,20 @@ def _parse(raw: np.ndarray, path: Path) -> C3dFile:
         wrong = f"this is no C3D file, or a damaged one (unknown processor type {processor})"
         raise ReadError(path, wrong, "give a C3D or TRC file, or export it again")
     file = C3dFile(header, processor, [], np.zeros((0, 0)), np.zeros((0, 0), np.uint8))
-    points, samples, first, last = struct.unpack(f"{byte_order(processor)}4H", header[2:10])
     start_block = struct.unpack(f"{byte_order(processor)}H", header[16:18])[0]
     end = max(begin + blocks * BLOCK, (start_block - 1) * BLOCK)  # some writers leave the count of blocks at zero
     if end > len(raw):
         raise ReadError(path, "it ends within its parameters (truncated)", "copy or export it again")
     file.groups = unpack_parameters(raw[begin + 4 : end].tobytes(), processor)
-    data_start = int(start_block or file.number("POINT", "DATA_START") or 0)
-    if data_start < 2:
-        raise ReadError(path, "it does not say where its data start", "export it again")
-    word = 2 if file.scale > 0 else 4
-    frame_bytes = 4 * points * word + samples * word
-    data = raw[(data_start - 1) * BLOCK :]
-    frames = _count_frames(file, first, last, data, frame_bytes, path) if frame_bytes else 0
-    records = data[: frames * frame_bytes].reshape(frames, frame_bytes)
-    file.points = np.ascontiguousarray(records[:, : 4 * points * word]).view(f"V{4 * word}").reshape(frames, points)
-    file.analog = records[:, 4 * points * word :]
-    file.tail = data[_blocks(frames * frame_bytes) * BLOCK :].tobytes()
+    found, file.disagreement = extent_of(file, raw, path)
+    data = raw[(found.start - 1) * BLOCK :]
+    records = data[: found.size].reshape(found.frames, found.bytes)
+    point_bytes = 4 * found.points * found.word
+    raw_points = np.ascontiguousarray(records[:, :point_bytes])
+    file.points = raw_points.view(f"V{4 * found.word}").reshape(found.frames, found.points)
+    file.analog = records[:, point_bytes:]
+    file.tail = data[_blocks(found.size) * BLOCK :].tobytes()
     return file
-
-
-def _count_frames(file: C3dFile, first: int, last: int, data: np.ndarray, frame_bytes: int, path: Path) -> int:
-    """How many frames the file holds: its 16-bit counts cannot say more than 65,535."""
-    room = len(data) // frame_bytes
-    counted = file.number("POINT", "FRAMES")
-    declared = last - first + 1 if last >= first and last > 0 else int(counted or 0)
-    if counted == 0:
-        return 0
-    longer = [file.number("POINT", "LONG_FRAMES") or 0, _trial_frames(file)]
-    longest = int(max(longer))
-    if MAX_FRAMES_FIELD < longest <= room:
-        return longest
-    if counted is not None and 0 < counted < MAX_FRAMES_FIELD and counted == longer[1] and counted <= room:
-        return int(counted)  # a piece of a longer capture, whose last frame has a number beyond the header's 16 bits
-    if last == MAX_FRAMES_FIELD or counted == MAX_FRAMES_FIELD:
-        return _without_padding(data, frame_bytes, room, declared)
-    if declared > room:
-        remedy = "copy or export it again"
-        raise ReadError(path, f"it announces {declared} frames and ends after {room} (truncated)", remedy)
-    return declared
-
-
-def _trial_frames(file: C3dFile) -> int:
-    """Frames between TRIAL:ACTUAL_START_FIELD and ACTUAL_END_FIELD, two 16-bit words each, the lower first."""
-    ends = [file.find("TRIAL", f"ACTUAL_{end}_FIELD") for end in ("START", "END")]
-    values = [p.numbers(file.processor) if p is not None else [] for p in ends]
-    if not all(len(v) == 2 for v in values):
-        return 0
-    start, stop = (low + 65536 * high for low, high in values)
-    return int(stop - start + 1)
-
-
-def _without_padding(data: np.ndarray, frame_bytes: int, room: int, least: int) -> int:
-    """Frames up to the end of the file, less the empty ones in its last block, which may be padding."""
-    frames = room
-    while frames > least and (room - frames + 1) * frame_bytes < BLOCK:
-        if data[(frames - 1) * frame_bytes : frames * frame_bytes].any():
-            break
-        frames -= 1
-    return frames
 
 
 def _blocks(size: int) -> int:

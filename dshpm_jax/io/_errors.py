@@ -12,6 +12,10 @@ class ReadError(ValueError):
         super().__init__(f"{path}: {one_line(wrong)}; {one_line(remedy)}")
 
 
+class NoPoints(ReadError):
+    """A sound file that holds no points at all, such as a trial of muscle activity alone."""
+
+
 class WriteError(ValueError):
     """A file that cannot be written."""
 

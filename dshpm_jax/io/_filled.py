@@ -36,14 +36,14 @@ def write_filled(recording: Recording, mask: Bool[np.ndarray, "frames points"], 
         WriteError: the source file has other points now, or its numbers do not reach as far as a filled point.
     """
     points = np.where(mask[..., None], np.nan, recording.points)
-    file, columns = source_layout(replace(recording, points=points))
+    file, columns, _ = source_layout(replace(recording, points=points))
     records = file.points.copy()
     columns = np.asarray(columns, dtype=int)
     if not (_residuals(file) > 0).any():
         _mark(records, file, ~mask & recording.present, columns)
     frame, column = np.nonzero(mask)
     places = recording.points[frame, column] / MILLIMETRES[recording.unit]
-    if file.points.dtype.itemsize == 8 and (np.abs(places) > FARTHEST_COUNT * file.scale).any():
+    if file.points.dtype.itemsize == 8 and (np.abs(places) > FARTHEST_COUNT * file.count).any():
         remedy = "convert it to floating point, or leave its gaps open"
         raise WriteError(Path(path), "a filled point is farther off than the recording's 16-bit numbers reach", remedy)
     records[frame, columns[column]] = _records(file, places)
@@ -71,7 +71,7 @@ def _mark(records: np.ndarray, file: C3dFile, measured: np.ndarray, columns: np.
 
 def _records(file: C3dFile, places: np.ndarray) -> np.ndarray:
     """Records of computed points at `places`, in the file's unit."""
-    counts = np.round(places / file.scale) if file.points.dtype.itemsize == 8 else places
+    counts = np.round(places / file.count) if file.points.dtype.itemsize == 8 else places
     words = np.concatenate([counts, np.zeros((len(places), 1))], axis=1)
     return np.frombuffer(_numbers(file, words), file.points.dtype)
 

@@ -5,42 +5,45 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Int
+from jaxtyping import Bool, Int
 
+from dshpm_jax._geometry import is_seen
 from dshpm_jax._labelling import Labelling
 from dshpm_jax._recording import Recording
 from dshpm_jax._types import NO_MATCH
 from dshpm_jax.io._atomic import write_whole
-from dshpm_jax.io._c3d import fresh_layout, raw_labels, recording_of
+from dshpm_jax.io._c3d import fresh_layout, raw_labels, raw_of
 from dshpm_jax.io._c3d_format import C3dFile, missing_record, read_layout, write_layout
 from dshpm_jax.io._c3d_parameters import INT, Parameter, integers, text_parameters, with_parameters
 from dshpm_jax.io._errors import ReadError, WriteError
 from dshpm_jax.io._frame_numbers import first_frame
+from dshpm_jax.io._names import names_as_before
+from dshpm_jax.io._raw import Raw
 from dshpm_jax.io._text import TABLES, text_table
-from dshpm_jax.io._text_table import encoded, rearranged_lines, recording_of_table
-
-_ANY_NAME = ("*",)  # which names the source has does not matter any more, so none can stand against another
+from dshpm_jax.io._text_table import encoded, raw_of_table, rearranged_lines
 
 
 def write_labelled(labelling: Labelling, path: str | Path) -> None:
     """Writes the recording with its labels as C3D, or in the format of the file that it came from.
 
     First the model's markers in the model's order (one that was never found is a column without points), then what
-    stayed unlabelled as `*1`, `*2`, ..., a column for each source column that has any left, then the model outputs
-    of the source file. Points keep their coordinates, residuals and camera masks bit by bit; analog samples,
-    events, rates and all other parameters come from the source file as they are. A recording that came from no C3D
-    file makes a fresh one. The ending of `path` says which format; in text files numbers stay as they are spelt.
+    stayed unlabelled as `*1`, `*2`, ..., a column for each source column that has any left, then the columns of the
+    source file that the recording leaves out. Points keep their coordinates, residuals and camera masks bit by bit, and
+    so do those that the reader took for gaps; analog samples, events, rates and all other parameters come from the
+    source file as they are. A recording that came from no C3D file makes a fresh one. The ending of `path` says which
+    format; in text files numbers stay as they are spelt, and names keep the prefix of their subject.
     """
     if Path(path).suffix.lower() in TABLES:
         _write_text(labelling, Path(path))
         return
     recording = labelling.recording
-    file, columns = source_layout(recording)
-    found, left = _marker_columns(labelling, columns), _unlabelled_columns(labelling, columns)
+    file, columns, there = source_layout(recording)
+    found, left = _marker_columns(labelling, columns), _unlabelled_columns(labelling, columns, there)
     outputs = [c for c in range(file.points.shape[1]) if c not in set(columns)]
-    _check_apart(labelling.model.markers, [raw_labels(file)[c] for c in outputs], recording.source)
+    names = _left_out(labelling, [raw_labels(file)[c] for c in outputs])
     source = np.concatenate([found, left, np.broadcast_to(outputs, (len(found), len(outputs)))], axis=1)
-    write_layout(_rearranged(file, source.astype(int), _names(labelling, file, left.shape[1], outputs)), Path(path))
+    names = [*labelling.model.markers, *(f"*{k + 1}" for k in range(left.shape[1])), *names]
+    write_layout(_rearranged(file, source.astype(int), names), Path(path))
 
 
 def _write_text(labelling: Labelling, path: Path) -> None:
@@ -49,39 +52,60 @@ def _write_text(labelling: Labelling, path: Path) -> None:
         remedy = "give a name that ends in .c3d"
         raise WriteError(path, "text is written only in the format that the recording was read in", remedy)
     table = text_table(recording.source)
-    _check_unchanged(recording_of_table(table, _ANY_NAME), recording, recording.source)
-    found, left = _marker_columns(labelling, recording.columns), _unlabelled_columns(labelling, recording.columns)
-    names = [*labelling.model.markers, *(f"*{k + 1}" for k in range(left.shape[1]))]
-    lines = rearranged_lines(table, np.concatenate([found, left], axis=1).astype(int), names, recording.present)
-    write_whole(path, encoded(lines, table.file))
+    raw = raw_of_table(table)
+    there = _seen_in_source(raw, recording)
+    found = _marker_columns(labelling, recording.columns)
+    left = _unlabelled_columns(labelling, recording.columns, there)
+    outputs = [c for c in range(len(table.labels)) if c not in set(recording.columns)]
+    rest = _left_out(labelling, [table.labels[c] for c in outputs])
+    source = np.concatenate([found, left, np.broadcast_to(outputs, (len(found), len(outputs)))], axis=1).astype(int)
+    names = [*names_as_before(labelling.model.markers, left, table.labels), *rest]
+    write_whole(path, encoded(rearranged_lines(table, source, names, is_seen(raw.points)), table.file))
 
 
-def _check_unchanged(now: Recording, recording: Recording, source: Path) -> None:
-    if now.columns != recording.columns or not np.array_equal(now.points, recording.points, equal_nan=True):
-        remedy = "label it again, or set the recording's source to None to write the points in memory"
-        raise WriteError(source, "the file has other points than the recording that was labelled", remedy)
+def _seen_in_source(raw: Raw, recording: Recording) -> Bool[np.ndarray, "frames points"]:
+    """Where the source has a point in a column of `recording`, taken for a gap or not.
+
+    Raises:
+        WriteError: points of the recording are not those of the file.
+    """
+    place = {column: k for k, column in enumerate(raw.columns)}
+    if set(recording.columns) <= place.keys() and len(raw.points) == recording.num_frames:
+        points = raw.points[:, [place[column] for column in recording.columns]]
+        seen = recording.present
+        if np.array_equal(points[seen], recording.points[seen]):
+            return is_seen(points)
+    remedy = "label it again, or set the recording's source to None to write the points in memory"
+    raise WriteError(raw.path, "the file has other points than the recording that was labelled", remedy)
 
 
-def _check_apart(markers: Sequence[str], outputs: Sequence[str], source: Path | None) -> None:
-    both = sorted(set(markers) & set(outputs))
+def _left_out(labelling: Labelling, names: Sequence[str]) -> Sequence[str]:
+    """The names of columns that the recording leaves out; none may be that of a marker as well."""
+    source, both = labelling.recording.source, sorted(set(labelling.model.markers) & set(names))
     if source is not None and both:
         remedy = "make the model without it"
         raise WriteError(source, f"'{both[0]}' is a marker of the model and a model output of the file", remedy)
+    return names
 
 
-def source_layout(recording: Recording) -> tuple[C3dFile, tuple[int, ...]]:
-    """The file to take records from, and the column in it of each column of `recording`."""
+def source_layout(recording: Recording) -> tuple[C3dFile, tuple[int, ...], Bool[np.ndarray, "frames points"]]:
+    """The file to take records from, the column in it of each column of `recording`, and where that has a point."""
     if recording.source is None or recording.source.suffix.lower() != ".c3d":
-        return fresh_layout(recording, _first_number(recording.source)), tuple(range(recording.points.shape[1]))
+        columns = tuple(range(recording.points.shape[1]))
+        return fresh_layout(recording, _first_number(recording.source)), columns, recording.present
     file = read_layout(recording.source)
-    _check_unchanged(recording_of(file, recording.source, _ANY_NAME), recording, recording.source)
-    return file, recording.columns
+    return file, recording.columns, _seen_in_source(raw_of(file, recording.source), recording)
+
+
+LARGEST_FIRST_FRAME = 1 << 31
+"""C3D files hold the numbers of frames in 32 bits."""
 
 
 def _first_number(source: Path | None) -> int:
     """What the first frame is called in the file that a recording came from; C3D files count from 1."""
     try:
-        return 1 if source is None else max(1, first_frame(source))
+        number = 1 if source is None else max(1, first_frame(source))
+        return number if number < LARGEST_FIRST_FRAME else 1
     except ReadError:  # it is no longer there
         return 1
 
@@ -95,19 +119,19 @@ def _marker_columns(labelling: Labelling, columns: tuple[int, ...]) -> Int[np.nd
     return found
 
 
-def _unlabelled_columns(labelling: Labelling, columns: tuple[int, ...]) -> Int[np.ndarray, "frames columns"]:
+def _unlabelled_columns(
+    labelling: Labelling, columns: tuple[int, ...], there: Bool[np.ndarray, "frames points"]
+) -> Int[np.ndarray, "frames columns"]:
     """Source columns that hold unlabelled points, `NO_MATCH` in frames where their point has a label.
 
     Frames in which the source sees no point keep its own record.
+
+    Arguments:
+        there: where the source has a point, be it one that the reader took for a gap.
     """
     labelled = labelling.identities != NO_MATCH
-    rest = np.flatnonzero((labelling.recording.present & ~labelled).any(0))
+    rest = np.flatnonzero((there & ~labelled).any(0))
     return np.where(labelled[:, rest], NO_MATCH, np.asarray(columns, dtype=int)[rest])
-
-
-def _names(labelling: Labelling, file: C3dFile, num_left: int, outputs: list[int]) -> list[str]:
-    labels = raw_labels(file)
-    return [*labelling.model.markers, *(f"*{k + 1}" for k in range(num_left)), *(labels[c] for c in outputs)]
 
 
 def _rearranged(file: C3dFile, source: Int[np.ndarray, "frames columns"], names: list[str]) -> C3dFile:

@@ -2,7 +2,7 @@
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,9 +12,10 @@ from dshpm_jax._types import NO_PARENT
 from dshpm_jax.io._atomic import write_whole
 from dshpm_jax.io._errors import ReadError
 from dshpm_jax.io._fields import DECIMALS, decode, encode
-from dshpm_jax.io._osim import read_osim
 from dshpm_jax.io._units import FARTHEST_MM
-from dshpm_jax.io._vsk import read_vsk
+
+if TYPE_CHECKING:
+    from dshpm_jax._model_building import Skeleton
 
 FORMAT, VERSION = "dshpm-model", 2
 """Of what is written. Version 1 is read too (`_from_version_1`); a program that knows only version 1 refuses version 2
@@ -26,8 +27,8 @@ DROPPED = ("pair_low", "pair_high", "pair_frames")
 RENAMED = {"softness": "distance_sd", "spread": "marker_sd"}
 """Entries of a neighbourhood in version 1, and what they are called now."""
 
-SUBJECT_FILES = {".vsk": read_vsk, ".osim": read_osim}
-"""Endings of files in which other programs keep a subject, and what reads them."""
+SUBJECT_FILES = (".vsk", ".osim")
+"""Endings of files in which other programs keep a subject."""
 
 LEAST = 10.0**-DECIMALS
 """What must not be 0 is not written smaller either."""
@@ -47,15 +48,20 @@ def write_model(model: SubjectModel, path: str | Path) -> None:
     write_whole(Path(path), [(_layout(head | encode(model)) + "\n").encode(errors="backslashreplace")])
 
 
-def read_model(path: str | Path) -> SubjectModel:
+def read_model(path: str | Path, markers: str | Path | None = None) -> SubjectModel:
     """Reads a model, or makes one of a subject file (`SUBJECT_FILES`).
+
+    Arguments:
+        markers: a file of markers beside a subject file, which has none or others (OpenSim's MarkerSet .xml).
 
     Raises:
         ReadError: the file cannot be read or is no model; it names the entry that is wrong.
     """
     path = Path(path)
     if path.suffix.lower() in SUBJECT_FILES:
-        return _from_subject_file(path)
+        return _from_subject_file(path, None if markers is None else Path(markers))
+    if markers is not None:
+        raise ReadError(path, "a file of markers goes with an .osim file alone", "leave it out")
     try:
         found = json.loads(path.read_bytes())
     except OSError as error:
@@ -89,8 +95,22 @@ def _from_version_1(found: dict[str, Any]) -> None:
                     near[new] = near.pop(old)
 
 
-def _from_subject_file(path: Path) -> SubjectModel:
-    skeleton = SUBJECT_FILES[path.suffix.lower()](path)
+def _read_skeleton(path: Path, markers: Path | None) -> "Skeleton":
+    """The skeleton of a subject file. Its readers import scipy, which other files need not wait for."""
+    if path.suffix.lower() == ".vsk":
+        from dshpm_jax.io._vsk import read_vsk
+
+        return read_vsk(path)
+    from dshpm_jax.io._osim import read_osim
+
+    return read_osim(path) if markers is None else read_osim(path, markers)
+
+
+def _from_subject_file(path: Path, markers: Path | None) -> SubjectModel:
+    suffix = path.suffix.lower()
+    if markers is not None and suffix != ".osim":
+        raise ReadError(path, "a file of markers goes with an .osim file alone", "leave it out")
+    skeleton = _read_skeleton(path, markers)
     try:
         return SubjectModel.from_skeleton(skeleton, path.name)
     except ValueError as error:

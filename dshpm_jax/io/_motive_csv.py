@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from dshpm_jax.io._errors import ReadError
+from dshpm_jax.io._numbers import one_number
 from dshpm_jax.io._text_table import TextLines, TextTable, end_of_rows, join, split
 from dshpm_jax.io._units import length_unit
 
@@ -60,17 +61,18 @@ def is_motive(file: TextLines) -> bool:
 
 def motive_table(file: TextLines) -> MotiveTable:
     """The markers of a Motive export."""
-    values = _values(split(file.lines[0], ","))
-    axes_at = next((k for k, line in enumerate(file.lines) if line.lstrip(' "').lower().startswith("frame,")), None)
-    top = next((k for k, line in enumerate(file.lines[1:], 1) if line.strip(" ,")), None)
+    delimiter = max(",;\t", key=file.lines[0].count)
+    values = _values(split(file.lines[0], delimiter))
+    axes_at = next((k for k, line in enumerate(file.lines) if _is_axes(line, delimiter)), None)
+    top = next((k for k, line in enumerate(file.lines[1:], 1) if line.strip(" \t,;")), None)
     if axes_at is None or top is None or axes_at - top < 3:
         raise ReadError(file.path, "it has no rows of kinds, names and axes above its frames", _REMEDY)
-    kinds, names, parts, axes = (split(file.lines[row], ",") for row in (top, top + 1, axes_at - 1, axes_at))
+    kinds, names, parts, axes = (split(file.lines[row], delimiter) for row in (top, top + 1, axes_at - 1, axes_at))
     columns = _columns(kinds, parts, axes)
     return MotiveTable(
         file,
         (axes_at + 1, max(axes_at + 1, end_of_rows(file.lines))),
-        ",",
+        delimiter,
         tuple(names[c] if c < len(names) else "" for c in columns),
         tuple(columns),
         _number(values, ("export frame rate", "capture frame rate"), file),
@@ -80,6 +82,11 @@ def motive_table(file: TextLines) -> MotiveTable:
         name_at=top + 1,
         axes_at=axes_at,
     )
+
+
+def _is_axes(line: str, delimiter: str) -> bool:
+    """Whether a line names the columns."""
+    return split(line, delimiter)[0].lower() == "frame" if delimiter in line else False
 
 
 def _values(cells: Sequence[str]) -> dict[str, str]:
@@ -103,7 +110,7 @@ def _columns(kinds: Sequence[str], parts: Sequence[str], axes: Sequence[str]) ->
 def _number(values: dict[str, Any], keys: Sequence[str], file: TextLines) -> float:
     key = next((key for key in keys if values.get(key)), keys[-1])
     try:
-        return float(values[key])
+        return one_number(values[key])
     except (KeyError, ValueError):
         found = f"is '{values[key][:40]}'" if key in values else "is not there"
         raise ReadError(file.path, f"the {key} of its first line {found}", "set it there") from None

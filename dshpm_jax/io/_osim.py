@@ -55,8 +55,12 @@ class _Joint:
     turn: Float[np.ndarray, " axes"]
 
 
-def read_osim(path: Path) -> Skeleton:
-    """The skeleton of an .osim file, of version 3 (joints inside bodies) or 4 (a set of joints between frames)."""
+def read_osim(path: Path, marker_set: Path | None = None) -> Skeleton:
+    """The skeleton of an .osim file, of version 3 (joints inside bodies) or 4 (a set of joints between frames).
+
+    Arguments:
+        marker_set: an .xml file of markers, which then are the only ones.
+    """
     root = read_xml(path, "OpenSimDocument")
     read = _Reader(path)
     joints = _by_child(read.joints(root), path)
@@ -64,9 +68,13 @@ def read_osim(path: Path) -> Skeleton:
     order = _parents_first(bodies, joints, path)
     places = {body: k for k, body in enumerate(order)}
     bones = tuple(_bone(body, joints, places) for body in order)
+    if marker_set is not None:
+        path, root = marker_set, read_xml(marker_set, "OpenSimDocument")
+        read = _Reader(path)
     markers = tuple(read.marker(element, joints, places) for element in root.iter("Marker"))
     if not markers:
-        raise ReadError(path, "it has no markers", _REMEDY)
+        remedy = "give its marker set with --markers" if marker_set is None else "export the marker set again"
+        raise ReadError(path, "it has no markers", remedy)
     names = [marker.name for marker in markers]
     if twice := next((name for name in names if names.count(name) > 1), None):
         raise ReadError(path, f"it has two markers with the name '{twice}'", "rename one of them")

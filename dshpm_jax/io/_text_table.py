@@ -7,19 +7,21 @@ number is read and printed, cells move as text.
 import abc
 import csv
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from io import StringIO
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from dshpm_jax._recording import Recording
-from dshpm_jax.io._c3d import bare_labels
 from dshpm_jax.io._errors import ReadError
-from dshpm_jax.io._units import FARTHEST_MM, HIGHEST_RATE, LOWEST_RATE, MILLIMETRES
+from dshpm_jax.io._far import set_far_missing
+from dshpm_jax.io._numbers import MixedMarks, RowReader
+from dshpm_jax.io._raw import Raw
+from dshpm_jax.io._units import HIGHEST_RATE, LOWEST_RATE, MILLIMETRES
 
-_BOM = b"\xef\xbb\xbf"
+_MARKS = {b"\xef\xbb\xbf": "utf-8", b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
+_LOOKED_AT = 4096  # bytes
 
 
 @dataclass(frozen=True)
@@ -28,7 +30,8 @@ class TextLines:
 
     Attributes:
         lines: without their ends.
-        encoding: "utf-8-sig" where the file begins with a mark, "utf-8", or "latin-1" where it is neither.
+        encoding: "utf-8", "utf-16-le", "utf-16-be", or "latin-1" where it is none of these.
+        mark: the bytes that the file begins with to say so, if it does.
         end: what the lines end with.
     """
 
@@ -36,6 +39,7 @@ class TextLines:
     lines: Sequence[str]
     encoding: str
     end: str
+    mark: bytes = b""
 
 
 @dataclass(frozen=True)
@@ -52,6 +56,8 @@ class TextTable(abc.ABC):
         unit: the file's length unit.
         announced: how many frames the file says that it has, if it does.
         numbered: whether the first cell of a row is the number of its frame.
+        stride: how many cells a point has: its coordinates, and what else moves with it.
+        notes: what was doubtful, a sentence each.
     """
 
     file: TextLines
@@ -63,6 +69,8 @@ class TextTable(abc.ABC):
     unit: str
     announced: float | None = None
     numbered: bool = True
+    stride: int = 3
+    notes: tuple[str, ...] = ()
 
     @abc.abstractmethod
     def head(self, names: Sequence[str], origins: Sequence[int | None], order: Sequence[int | None]) -> Iterator[str]:
@@ -84,9 +92,13 @@ class TextTable(abc.ABC):
         In rows without numbers cells that are all empty are a frame in which nothing was seen.
         """
         for k in range(*self.rows):
-            line = self.file.lines[k]
-            if line.strip(" \t,;") or (not self.numbered and self.delimiter in line):
-                yield k + 1, split(line, self.delimiter)
+            if self.is_frame(k):
+                yield k + 1, split(self.file.lines[k], self.delimiter)
+
+    def is_frame(self, k: int) -> bool:
+        """Whether a line (from 0) of those of the frames holds one."""
+        line = self.file.lines[k]
+        return bool(line.strip(" \t,;")) or (not self.numbered and bool(self.delimiter) and self.delimiter in line)
 
     def first_frame(self) -> int:
         """The number that the file gives its first frame; 1 where it gives none."""
@@ -103,15 +115,26 @@ def read_lines(path: Path) -> TextLines:
         raise ReadError(path, f"cannot be read ({error.strerror})", "check the path and its permissions") from None
     if not raw.strip():
         raise ReadError(path, "the file is empty", "export it again")
-    encoding = "utf-8-sig" if raw.startswith(_BOM) else "utf-8"
+    encoding, mark = encoding_of(raw)
     try:
-        text = raw.decode(encoding)
+        text = raw.removeprefix(mark).decode(encoding)
     except UnicodeDecodeError:
-        encoding, text = "latin-1", raw.decode("latin-1")
+        encoding, mark = "latin-1", b""
+        text = raw.decode(encoding)
     end = "\r\n" if "\r\n" in text else "\n" if "\n" in text else "\r"
-    return TextLines(
-        path, [line.removesuffix("\r") for line in text.split("\n" if "\n" in text else "\r")], encoding, end
-    )
+    lines = [line.removesuffix("\r") for line in text.split("\n" if "\n" in text else "\r")]
+    return TextLines(path, lines, encoding, end, mark)
+
+
+def encoding_of(raw: bytes) -> tuple[str, bytes]:
+    """The encoding that a text seems to have, and the mark that it begins with."""
+    for mark, encoding in _MARKS.items():
+        if raw.startswith(mark):
+            return encoding, mark
+    start = raw[:_LOOKED_AT]
+    if 2 * start[1::2].count(0) > len(start) // 2:  # letters of our alphabet have an empty byte in UTF-16
+        return "utf-16-le", b""
+    return ("utf-16-be" if 2 * start[::2].count(0) > len(start) // 2 else "utf-8"), b""
 
 
 def end_of_rows(lines: Sequence[str]) -> int:
@@ -141,32 +164,28 @@ def join(cells: Sequence[str], delimiter: str) -> str:
     return text.getvalue()
 
 
-def recording_of_table(table: TextTable, unlabelled: Sequence[str] = ()) -> Recording:
-    """The recording that a table holds."""
+def raw_of_table(table: TextTable) -> Raw:
+    """The points that a table holds."""
     path = table.file.path
     if not table.labels:
         raise ReadError(path, "it holds no points", "export it with its trajectories")
     if not LOWEST_RATE <= table.rate <= HIGHEST_RATE:
         raise ReadError(path, f"its rate is {table.rate:g} frames a second", "set it in the head of the file")
     points = _positions(table)
-    if table.announced is not None and len(points) < table.announced:
-        wrong = f"it announces {table.announced:g} frames and ends after {len(points)} (truncated)"
-        raise ReadError(path, wrong, "copy or export it again, or correct the number of frames")
-    if not len(points):
-        raise ReadError(path, "it holds no frames", "export it again")
+    unit = MILLIMETRES[table.unit]
     with np.errstate(over="ignore"):
-        points *= MILLIMETRES[table.unit]
-    points[(points == 0).all(-1) | ~(np.abs(points) <= FARTHEST_MM).all(-1)] = np.nan
-    if not np.isfinite(points).any():
-        raise ReadError(path, "not one point was seen in any frame", "export it with its trajectories")
-    return Recording(points, bare_labels(list(table.labels), path, unlabelled=unlabelled), table.rate, table.unit, path)
+        points *= unit
+    points[(points == 0).all(-1)] = np.nan
+    notes = (*table.notes, *set_far_missing(points, unit))
+    columns = tuple(range(len(table.labels)))
+    return Raw(path, points, table.labels, columns, table.rate, table.unit, notes=notes)
 
 
 def _positions(table: TextTable) -> Float[np.ndarray, "frames points 3"]:
     """Coordinates in the file's unit; a cell that is empty or cut off is NaN."""
     cells_of = [c + k for c in table.columns for k in range(3)]
     width, most = max(cells_of) + 1, table.file_width()
-    comma = table.delimiter == ";"  # where cells are parted by semicolons, numbers may have a comma
+    numbers = RowReader()
     rows = []
     for line, cells in table.frames():
         if len(cells) < width and not table.delimiter:
@@ -178,7 +197,10 @@ def _positions(table: TextTable) -> Float[np.ndarray, "frames points 3"]:
             wrong = f"line {line} has more numbers than its {len(table.labels)} labels need"
             raise ReadError(table.file.path, wrong, "export it again")
         try:
-            rows.append([_number(cells[c], comma) for c in cells_of])
+            rows.append(numbers([cells[c] for c in cells_of]))
+        except MixedMarks:
+            wrong = f"up to line {line} it has numbers with decimal points and others with decimal commas"
+            raise ReadError(table.file.path, wrong, "export it with points alone") from None
         except ValueError:
             raise ReadError(
                 table.file.path, f"line {line} holds something that is no number", "export it again"
@@ -186,8 +208,28 @@ def _positions(table: TextTable) -> Float[np.ndarray, "frames points 3"]:
     return np.array(rows, dtype=np.float64).reshape(-1, len(table.columns), 3)
 
 
-def _number(cell: str, comma: bool) -> float:
-    return (float(cell.replace(",", ".")) if comma else float(cell)) if cell else np.nan
+def whole_rows(table: TextTable) -> TextTable:
+    """The table without a last row that was cut off, and with a note if frames are missing at the end."""
+    lines = [k for k in range(*table.rows) if table.is_frame(k)]
+    announced = len(lines) if table.announced is None else table.announced
+    short = len(lines) < announced
+    ended = not table.file.lines[-1]
+    if lines and (short or (table.announced is None and not ended)) and _is_cut(table, lines, short and not ended):
+        end = lines.pop()
+        note = f"its last row, line {end + 1}, is cut off: left out"
+        table = replace(table, rows=(table.rows[0], end), notes=(*table.notes, note))
+    if short:
+        note = f"it announces {announced:g} frames and ends after {len(lines)} (truncated): those are read"
+        table = replace(table, notes=(*table.notes, note))
+    return table
+
+
+def _is_cut(table: TextTable, lines: Sequence[int], surely: bool) -> bool:
+    """Whether the last of `lines` has fewer cells than any of the others."""
+    if not table.delimiter or len(lines) < 2:
+        return surely
+    cells = [table.file.lines[k].count(table.delimiter) for k in lines]
+    return surely or cells[-1] < min(cells[:-1])
 
 
 def rearranged_lines(
@@ -206,15 +248,15 @@ def rearranged_lines(
         if point is not None:
             column[(column < 0) & ~present[:, point]] = point
     width = table.file_width()
-    points = {c + k for c in table.columns for k in range(3)}
+    points = {c + k for c in table.columns for k in range(table.stride)}
     lead = min(points)
     others = [c for c in range(lead, width) if c not in points]
-    order: list[int | None] = [*range(lead), *[None] * (3 * len(names)), *others]
+    order: list[int | None] = [*range(lead), *[None] * (table.stride * len(names)), *others]
     delimiter = table.delimiter or "\t"
     yield from table.head(names, origins, order)
     for (_, cells), row in zip(table.frames(), source, strict=True):
         cells = cells + [""] * (width - len(cells))
-        moved = [cells[table.columns[p] + k] if p >= 0 else "" for p in row for k in range(3)]
+        moved = [cells[table.columns[p] + k] if p >= 0 else "" for p in row for k in range(table.stride)]
         yield join([*cells[:lead], *moved, *(cells[c] for c in others)], delimiter)
     yield from table.file.lines[table.rows[1] :]
 
@@ -227,9 +269,8 @@ def _only(column: Int[np.ndarray, " frames"]) -> int | None:
 
 def encoded(lines: Iterator[str], file: TextLines) -> Iterator[bytes]:
     """Lines as `file` would hold them, ends and mark included; its last line had no end."""
-    encoding = file.encoding.removesuffix("-sig")
-    yield _BOM if file.encoding != encoding else b""
+    yield file.mark
     before = ""
     for line in lines:
-        yield (before + line).encode(encoding, "replace")
+        yield (before + line).encode(file.encoding, "replace")
         before = file.end

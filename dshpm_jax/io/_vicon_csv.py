@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from dshpm_jax.io._errors import ReadError
+from dshpm_jax.io._numbers import one_number
 from dshpm_jax.io._text_table import TextLines, TextTable, join, split
 from dshpm_jax.io._units import length_unit
 
@@ -74,7 +75,7 @@ def _axes_row(file: TextLines, start: int) -> int:
 def _rate(file: TextLines, start: int, axes_at: int) -> float:
     text = file.lines[start + 1].strip(' \t,;"')
     try:
-        return float(text) if start + 1 < axes_at - 1 else float("nan")
+        return one_number(text) if start + 1 < axes_at - 1 else float("nan")
     except ValueError:
         raise ReadError(
             file.path, f"its rate is '{text[:40]}', which is no number", "set it below 'Trajectories'"

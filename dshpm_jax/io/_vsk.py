@@ -1,7 +1,8 @@
 """Subject files of Vicon systems (.vsk): parameters, a tree of segments with their joints, and markers on them."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from xml.etree.ElementTree import Element
 
@@ -27,12 +28,15 @@ MAX_MARKER_SPREAD_MM = 20.0
 def read_vsk(path: Path) -> Skeleton:
     """The skeleton of a .vsk file, of the older layout with `Marker` elements and the newer with targets.
 
+    In the older layout a segment says where it stands in its parent. In the newer its joint does, from both sides:
+    where it is in the parent (PRE-...) and where it is in the segment (INVERSE-POST-...).
+
     Markers that the file says are for the calibration alone are left out.
     """
     root = read_xml(path, "KinematicModel")
     numbers = _Numbers(root, path)
-    bones, places = _bones(root, numbers, path)
-    markers = [_attached(element, places, numbers, path) for element in _marker_elements(root)]
+    bones, places, shifts = _bones(root, numbers, path)
+    markers = [_attached(element, places, shifts, numbers, path) for element in _marker_elements(root)]
     if not markers:
         raise ReadError(path, "it has no markers", _REMEDY)
     names = [marker.name for marker in markers]
@@ -78,10 +82,13 @@ class _Numbers:
             ) from None
 
 
-def _bones(root: Element, numbers: _Numbers, path: Path) -> tuple[list[Bone], dict[str, int]]:
-    """Every segment, parents before their children, and the place of each by name."""
+def _bones(
+    root: Element, numbers: _Numbers, path: Path
+) -> tuple[list[Bone], dict[str, int], list[Float[np.ndarray, "3"]]]:
+    """Every segment, parents before their children, the place of each by name, and where its joint is in it (mm)."""
     bones: list[Bone] = []
     places: dict[str, int] = {}
+    shifts: list[Float[np.ndarray, 3]] = []
     waiting = [(segment, NO_PARENT) for skeleton in root.iter("Skeleton") for segment in skeleton.findall("Segment")]
     while waiting:
         segment, parent = waiting.pop(0)
@@ -89,24 +96,61 @@ def _bones(root: Element, numbers: _Numbers, path: Path) -> tuple[list[Bone], di
         if name in places:
             raise ReadError(path, f"it has two segments with the name '{name}'", "rename one of them")
         places[name] = len(bones)
-        bones.append(_bone(segment, name, parent, numbers))
+        hung = _hung(segment, parent, numbers, path)
+        above = np.zeros(3) if parent == NO_PARENT else shifts[parent]
+        bones.append(_bone(segment, name, parent, hung, above, numbers))
+        shifts.append(hung.shift)
         waiting += [(child, places[name]) for child in segment.findall("Segment")]
-    return bones, places
+    return bones, places, shifts
 
 
-def _bone(segment: Element, name: str, parent: int, numbers: _Numbers) -> Bone:
-    joint = next((child for child in segment if child.tag.startswith("Joint")), Element("JointDummy"))
+@dataclass(frozen=True, eq=False)
+class _Hung:
+    """How a segment hangs from its parent: the joint's place and turn in the parent, and its place and turn in the
+    segment (mm; frames of the joint into that of either)."""
+
+    place: Float[np.ndarray, "3"]
+    turn: Rotation
+    shift: Float[np.ndarray, "3"]
+    inside: Rotation
+
+
+def _joint(segment: Element) -> Element:
+    return next((child for child in segment if child.tag.startswith("Joint")), Element("JointDummy"))
+
+
+def _hung(segment: Element, parent: int, numbers: _Numbers, path: Path) -> _Hung:
+    """Raises `ReadError` where neither a segment nor its joint says where it stands, or both do."""
+    joint, name = _joint(segment), segment.get("NAME", "")
+    newer = any(key.startswith(("PRE-", "INVERSE-POST-")) for key in joint.keys())
+    older = any(key in segment.keys() for key in ("POSITION", "ORIENTATION"))
+    if newer and older:
+        raise ReadError(path, f"the segment '{name}' and its joint both say where it stands", _REMEDY)
+    if parent != NO_PARENT and not newer and not older:
+        raise ReadError(path, f"neither the segment '{name}' nor its joint says where it stands", _REMEDY)
+    where, before, inside = (segment, "", "none") if older else (joint, "PRE-", "INVERSE-POST-")
+    return _Hung(
+        numbers.vector(where, f"{before}POSITION", "0 0 0"),
+        Rotation.from_rotvec(numbers.vector(where, f"{before}ORIENTATION", "0 0 0")),
+        numbers.vector(where, f"{inside}POSITION", "0 0 0"),
+        Rotation.from_rotvec(numbers.vector(where, f"{inside}ORIENTATION", "0 0 0")),
+    )
+
+
+def _bone(
+    segment: Element, name: str, parent: int, hung: _Hung, above: Float[np.ndarray, "3"], numbers: _Numbers
+) -> Bone:
+    """A segment as a bone whose frame has its origin in its joint; `above` is the shift of its parent."""
+    joint = _joint(segment)
     axes = _axes(joint, numbers)
-    rotation = Rotation.from_rotvec(numbers.vector(segment, "ORIENTATION", "0 0 0"))
     mean = numbers(joint, "MEAN", "")
-    if len(mean) == len(axes):
-        rotation = rotation * Rotation.from_rotvec(mean @ axes)
+    turned = Rotation.from_rotvec(mean @ axes) if len(mean) == len(axes) else Rotation.identity()
     return Bone(
         name=name,
         parent=parent,
-        offset=numbers.vector(segment, "POSITION", "0 0 0"),
-        rotation=rotation.as_matrix(),
-        axes=axes,
+        offset=hung.place - above,
+        rotation=(hung.turn * turned * hung.inside.inv()).as_matrix(),
+        axes=hung.inside.apply(axes) if len(axes) else axes,
         turn=_turn(joint, len(axes), numbers),
         slide=SLIDE_MM if joint.tag == "JointFree" and parent != NO_PARENT else 0.0,
     )
@@ -138,13 +182,20 @@ def _marker_elements(root: Element) -> list[Element]:
     return [element for element in elements if (element.get("MARKER") or element.get("NAME")) not in aside]
 
 
-def _attached(element: Element, places: Mapping[str, int], numbers: _Numbers, path: Path) -> Attached:
+def _attached(
+    element: Element,
+    places: Mapping[str, int],
+    shifts: Sequence[Float[np.ndarray, "3"]],
+    numbers: _Numbers,
+    path: Path,
+) -> Attached:
     name, segment = (element.get("MARKER") or element.get("NAME") or "").strip(), element.get("SEGMENT", "")
     if not name:
         raise ReadError(path, "it has a marker without a name", _REMEDY)
     if segment not in places:
         raise ReadError(path, f"the marker '{name}' sits on '{segment}', which is no segment", _REMEDY)
-    return Attached(name, places[segment], numbers.vector(element, "POSITION"), _covariance(element, numbers))
+    place = numbers.vector(element, "POSITION") - shifts[places[segment]]
+    return Attached(name, places[segment], place, _covariance(element, numbers))
 
 
 def _covariance(element: Element, numbers: _Numbers) -> Float[np.ndarray, "3 3"]:

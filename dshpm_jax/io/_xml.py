@@ -1,5 +1,6 @@
 """XML files of other programs, read without ever following what they declare."""
 
+import re
 from pathlib import Path
 from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
@@ -30,11 +31,24 @@ def read_xml(path: Path, root: str) -> Element:
     return found
 
 
+def _is_as_declared(data: bytes) -> bool:
+    """Whether a file that says that it is UTF-8, or says nothing, is: people type names in other encodings."""
+    declared = re.match(rb"""<\?xml[^>]*encoding\s*=\s*["']([^"']*)""", data)
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff") or (declared and declared[1].lower() not in (b"utf-8", b"utf8")):
+        return True
+    try:
+        data.decode()
+    except UnicodeDecodeError:
+        return False
+    return True
+
+
 def _parse(data: bytes, path: Path) -> Element:
     def refuse(*_):
         raise ReadError(path, "it declares a document type, which may hide anything", "remove the DOCTYPE")
 
-    parser, builder = expat.ParserCreate(), TreeBuilder()
+    encoding = None if _is_as_declared(data) else "iso-8859-1"
+    parser, builder = expat.ParserCreate(encoding), TreeBuilder()
     parser.buffer_text = True
     parser.StartDoctypeDeclHandler = refuse
     parser.StartElementHandler = builder.start

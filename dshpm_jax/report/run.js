@@ -1,6 +1,6 @@
 // The report of a run: tiles, charts and three tables over DATA, all built as text nodes, never as HTML.
 
-const GOOD = ["labelled", "up to date"], PART = ["partly labelled", "kept"];
+const GOOD = ["labelled", "up to date", "passed over"], PART = ["partly labelled", "kept"];
 const STEP = 25;  // rows of a table shown at first
 
 const tone = outcome => GOOD.includes(outcome) ? "good" : PART.includes(outcome) ? "warn" : "bad";

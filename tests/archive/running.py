@@ -5,6 +5,7 @@ import json
 from pathlib import Path
 
 from dshpm_jax._archive import Order, find_jobs, label_archive
+from dshpm_jax._archive.outcomes import WORST_FIRST
 from dshpm_jax._settings import Settings
 
 MARKERS = ["LASI", "RASI", "SACR"]
@@ -20,10 +21,11 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 def rows_of(out: Path) -> dict[str, dict]:
-    """The manifest; each file has one row, there and in the summary."""
+    """The manifest; each file has one row, there and in the summary, which has the worst first."""
     rows = [json.loads(line) for line in (out / "manifest.jsonl").read_text().splitlines()]
     with (out / "summary.csv").open(newline="") as file:
         table = list(csv.DictReader(file))
-    assert [row["input"] for row in table] == [row["input"] for row in rows]
+    worst_first = sorted(rows, key=lambda row: WORST_FIRST.index(row["outcome"]))
+    assert [row["input"] for row in table] == [row["input"] for row in worst_first]
     assert len({row["input"] for row in rows}) == len(rows)
     return {row["output"] or row["input"]: row for row in rows}

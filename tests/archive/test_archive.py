@@ -15,7 +15,8 @@ from making import make_labelling, make_model, make_recording
 from running import MARKERS, contents, rows_of, run
 
 from dshpm_jax import io
-from dshpm_jax._archive import FAILED, LABELLED, PARTLY, Order, find_jobs, label_archive
+from dshpm_jax._archive import DOUBTFUL, FAILED, LABELLED, PARTLY, PASSED, Order, find_jobs, label_archive
+from dshpm_jax._archive.compiling import ONCE
 from dshpm_jax._messages import UsageError
 
 
@@ -73,7 +74,7 @@ def test_one_bad_file_harms_no_other(archive, tmp_path, labeller):
     assert failed["ann/odd.c3d"].endswith("odd.c3d: RuntimeError: thirteen frames a second")
     assert all("\n" not in text and str(archive) in text for text in failed.values())
     assert {name for name, o in outcomes.items() if o.ok} == {"ann/walk.c3d", "ann/day 2/walk.c3d", "bob/run.c3d"}
-    assert labeller[0] == 4 and set(labeller[1:]) == {1}
+    assert labeller == [3, 1, 1, 1]  # an empty file alone, four of which one is broken, one by one where one fails, one
     assert not (tmp_path / "out" / "ann" / "odd.c3d").exists()
 
 
@@ -85,7 +86,7 @@ def test_a_broken_model_harms_its_own_recordings_only(archive, tmp_path, labelle
 
 
 @pytest.mark.parametrize(("fit", "doubtful"), [(0.7949, True), (0.8, False), (None, False)])
-def test_a_model_that_fits_badly_is_said_and_harms_nothing(archive, tmp_path, labeller, monkeypatch, fit, doubtful):
+def test_labels_of_a_model_that_fits_badly_are_doubtful(archive, tmp_path, labeller, monkeypatch, fit, doubtful):
     def label_many(recordings, models, settings):
         for recording, model in zip(recordings, models, strict=True):
             labelling = make_labelling(recording, list(model.markers))
@@ -94,11 +95,67 @@ def test_a_model_that_fits_badly_is_said_and_harms_nothing(archive, tmp_path, la
     monkeypatch.setitem(sys.modules, "dshpm_jax._label", SimpleNamespace(label_many=label_many))
     for was_there in (False, True):
         outcome = run(archive, tmp_path / "out")["bob/run.c3d"]
-        assert (outcome.was_there, outcome.outcome) == (was_there, LABELLED)
+        assert (outcome.was_there, outcome.outcome) == (was_there, DOUBTFUL if doubtful else LABELLED)
+        assert outcome.ok != doubtful and (tmp_path / "out" / "bob" / "run.c3d").exists()
         assert ("only 79% of the usual evidence" in outcome.message) == doubtful == bool(outcome.message)
     with (tmp_path / "out" / "summary.csv").open() as file:
         row = next(row for row in csv.DictReader(file) if row["output"] == "bob/run.c3d")
     assert row["model_fit"] == ("" if fit is None else str(fit)) and bool(row["message"]) == doubtful
+
+
+class NoPoints(io.ReadError):
+    pass
+
+
+def test_files_without_points_are_passed_over(archive, tmp_path, labeller, monkeypatch):
+    read = io.read
+
+    def of_emg(path, *more):
+        if Path(path).name == "run.c3d":
+            raise NoPoints(path, "it holds analog samples alone", "give recordings with points")
+        return read(path, *more)
+
+    monkeypatch.setattr(io, "read", of_emg)
+    outcomes = run(archive, tmp_path / "out")
+    outcome = outcomes["bob/run.c3d"]
+    assert outcome.outcome == PASSED and outcome.ok and outcome.message.endswith("with points (passed over)")
+    assert rows_of(tmp_path / "out")["bob/run.c3d"]["outcome"] == PASSED
+    assert outcomes["ann/walk.c3d"].outcome == LABELLED and not (tmp_path / "out" / "bob").exists()
+
+
+def test_reasons_of_doubt_stand_in_the_row(archive, tmp_path, labeller, monkeypatch):
+    def label_many(recordings, models, settings):
+        for recording, model in zip(recordings, models, strict=True):
+            yield replace(make_labelling(recording, list(model.markers)), stats={"doubts": ["its axes are mirrored"]})
+
+    monkeypatch.setitem(sys.modules, "dshpm_jax._label", SimpleNamespace(label_many=label_many))
+    for _ in range(2):
+        outcome = run(archive, tmp_path / "out")["bob/run.c3d"]
+        assert outcome.outcome == DOUBTFUL and "run.c3d: doubtful, its axes are mirrored; check that" in outcome.message
+        assert rows_of(tmp_path / "out")["bob/run.c3d"]["doubts"] == ["its axes are mirrored"]
+
+
+def test_a_result_and_its_row_are_there_before_the_next_is_labelled(archive, tmp_path, monkeypatch):
+    out, before = tmp_path / "out", []
+
+    def label_many(recordings, models, settings):
+        for recording, model in zip(recordings, models, strict=True):
+            rows = (out / "manifest.jsonl").read_text().splitlines()
+            before.append((len(list(out.rglob("*.labels.json"))), sum('"labelled"' in row for row in rows)))
+            yield make_labelling(recording, list(model.markers))
+
+    monkeypatch.setitem(sys.modules, "dshpm_jax._label", SimpleNamespace(label_many=label_many))
+    run(archive, out)
+    assert before == [(0, 0), (1, 1), (2, 2)]
+
+
+def test_what_is_going_on_is_told(archive, tmp_path, labeller, monkeypatch):
+    monkeypatch.setattr("dshpm_jax._archive.compiling.cache_folder", lambda: tmp_path / "empty")
+    (tmp_path / "empty").mkdir()
+    lines = []
+    run(archive, tmp_path / "out", notice=lines.append)
+    first, then = (["reading " + files, "labelling " + files, ONCE] for files in ("1 file", "2 files"))
+    assert lines == [*first, *then]
 
 
 def test_two_recordings_with_one_result(archive, tmp_path):
@@ -156,9 +213,9 @@ def test_linked_folders_are_searched_once(archive, tmp_path):
 
 
 def test_few_labels_are_not_success(archive, tmp_path, labeller):
-    io.write_model(make_model([*MARKERS, *"ABCDEF"]), archive / "bob" / "model.json")
+    io.write_model(make_model(["LASI", "A", "B", "C"]), archive / "bob" / "model.json")
     outcome = run(archive, tmp_path / "out")["bob/run.c3d"]
-    assert outcome.outcome == PARTLY and not outcome.ok and "% of its markers" in outcome.message
+    assert outcome.outcome == PARTLY and not outcome.ok and "% of the points of its markers" in outcome.message
     assert (tmp_path / "out" / "bob" / "run.c3d").exists()
 
 
@@ -174,14 +231,14 @@ def twenty(tmp_path):
 
 def test_batches_are_bounded(twenty, tmp_path, labeller):
     outcomes = run(twenty, tmp_path / "out")
-    assert labeller == [16, 4] and list(outcomes) == [f"{k:02}.c3d" for k in range(20)]
+    assert labeller == [1, 4, 15] and list(outcomes) == [f"{k:02}.c3d" for k in range(20)]
     assert np.all([o.ok for o in outcomes.values()])
 
 
 def test_batches_of_several_workers_grow_smaller(twenty, tmp_path, labeller):
-    """A worker that has nothing left waits only for small batches of the others."""
+    """A worker that has nothing left waits only for small batches of the others; the first results are soon there."""
     outcomes = run(twenty, tmp_path / "out", workers=2)
-    assert labeller == [5, 4, 3, 2, 2, 1, 1, 1, 1] and len(outcomes) == 20
+    assert labeller == [1, 1, 4, 4, 3, 2, 2, 1, 1, 1] and len(outcomes) == 20
 
 
 def test_several_subjects_in_one_recording(archive, tmp_path, labeller):

@@ -1,6 +1,7 @@
 """Runs that go on where others ended, or share the work: what is made again, and one row a file."""
 
 import itertools
+import json
 import os
 from pathlib import Path
 
@@ -52,8 +53,31 @@ def test_a_stricter_threshold_judges_anew_and_labels_nothing(archive, tmp_path, 
     out = tmp_path / "out"
     run(archive, out)
     outcome = run(archive, out, settings=Settings(completeness=1.0))["bob/run.c3d"]
-    assert outcome.was_there and outcome.outcome == PARTLY and "% of its markers" in outcome.message
+    assert outcome.was_there and outcome.outcome == PARTLY and "% of the points of its markers" in outcome.message
     assert rows_of(out)["bob/run.c3d"]["outcome"] == PARTLY
+
+
+def test_a_result_of_an_earlier_version_is_judged_anew_without_labelling(archive, tmp_path, labeller):
+    """It held completeness of all frames, and nothing of markers that are never seen."""
+    out = tmp_path / "out"
+    run(archive, out)
+    sidecar = out / "bob" / "run.labels.json"
+    lines = sidecar.read_text().splitlines(keepends=True)
+    (place,) = (k for k, line in enumerate(lines) if line.startswith(' "figures"'))
+    figures = json.loads("{" + lines[place].rstrip(",\n") + "}")["figures"]
+    now = {name: figures.pop(name) for name in ("never_seen", "doubts")} | {"completeness": figures["completeness"]}
+    lines[place] = f' "figures": {json.dumps(figures | {"completeness": 0.123})},\n'
+    sidecar.write_text("".join(lines))
+    rows = [json.loads(line) for line in (out / "manifest.jsonl").read_text().splitlines()]
+    for row in rows:
+        if row["output"] == "bob/run.c3d":
+            del row["never_seen"], row["doubts"]
+            row["completeness"] = 0.123
+    (out / "manifest.jsonl").write_text("".join(json.dumps(row) + "\n" for row in rows))
+    labeller.clear()
+    outcome = run(archive, out)["bob/run.c3d"]
+    assert outcome.was_there and outcome.outcome == LABELLED and not labeller
+    assert {name: rows_of(out)["bob/run.c3d"][name] for name in now} == now
 
 
 def test_what_a_killed_run_left_is_cleared_away(archive, tmp_path, labeller):

@@ -1,9 +1,12 @@
 """Runs on worker processes: the same results, and deaths that cost no other file."""
 
 import json
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from threading import Event
 
 import dask
 import distributed
@@ -16,7 +19,8 @@ from running import MARKERS
 from dshpm_jax import io
 from dshpm_jax._archive import FAILED, LABELLED, Order, find_jobs, label_archive
 from dshpm_jax._archive.dispatcher import label_on
-from dshpm_jax._archive.workers import local_workers, workers_of
+from dshpm_jax._archive.outcomes import Outcome
+from dshpm_jax._archive.workers import Workers, local_workers, workers_of
 from dshpm_jax._messages import UsageError
 from dshpm_jax._processes import ProcessPool
 
@@ -56,9 +60,14 @@ def archive(tmp_path):
     return folder
 
 
-def run(archive, out, connect):
-    jobs = find_jobs([archive], (), out)
-    return {o.job.target.name: o for o in label_archive(jobs, Order(out, workers=2), label_on(connect))}
+def run(archive, out, connect, told=None):
+    """The outcomes, each of which comes once; what workers say is going on goes to `told`."""
+    jobs, order = find_jobs([archive], (), out), Order(out, workers=2)
+    if told is not None:
+        order = replace(order, notice=told.append)
+    outcomes = list(label_archive(jobs, order, label_on(connect)))
+    assert len({o.job.target for o in outcomes}) == len(outcomes)
+    return {o.job.target.name: o for o in outcomes}
 
 
 def rows(out: Path) -> list[dict]:
@@ -90,6 +99,35 @@ def test_who_waits_behind_a_file_that_kills_is_not_to_blame(archive, tmp_path):
     assert sorted(name for name, o in outcomes.items() if o.outcome == FAILED) == ["00.c3d", "01.c3d"]
 
 
+def test_what_a_worker_tells_goes_on_before_its_batch_ends(archive, tmp_path):
+    """A batch of all eight; the last is told of only when the first has gone on."""
+    first = Event()
+
+    def submit(told, function, jobs, *_):
+        def label():
+            told("reading 8 files")
+            told(Outcome(jobs[0], LABELLED))
+            assert first.wait(60)
+            told(Outcome(jobs[1], LABELLED))
+            return [Outcome(job, LABELLED) for job in jobs]
+
+        return threads.submit(label)
+
+    @contextmanager
+    def connect():
+        yield Workers(submit, lambda: 1, lambda error: 0)
+
+    notices = []
+    with ThreadPoolExecutor() as threads, pytest.MonkeyPatch.context() as patch:
+        patch.setattr("dshpm_jax._archive.run._most", lambda *_: 8)
+        jobs = find_jobs([archive], (), tmp_path / "out")
+        outcomes = []
+        for outcome in label_archive(jobs, Order(tmp_path / "out", notice=notices.append), label_on(connect)):
+            outcomes.append(outcome.job)
+            first.set()
+    assert sorted(outcomes, key=str) == sorted(jobs, key=str) and notices == ["reading 8 files"]
+
+
 def test_no_worker_is_started_for_nothing(tmp_path):
     @contextmanager
     def never():
@@ -111,10 +149,14 @@ def test_schedulers_that_are_not_there(tmp_path):
 @pytest.mark.slow
 def test_workers_of_a_scheduler_that_runs(archive, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)  # they run in another folder
-    whole = run(Path("archive"), tmp_path / "whole", partial(planted, 1))
+    told = []
+    whole = run(Path("archive"), tmp_path / "whole", partial(planted, 1), told)
+    assert {"reading 1 file", "labelling 1 file"} <= set(told)
+    told.clear()
     with scheduler(1) as address:
         monkeypatch.chdir(archive)
-        found = run(Path("."), Path("../out"), partial(workers_of, address, None))
+        found = run(Path("."), Path("../out"), partial(workers_of, address, None), told)
+    assert {"reading 1 file", "labelling 1 file"} <= set(told)
     assert {name: o.outcome for name, o in found.items()} == {name: o.outcome for name, o in whole.items()}
     for path in (tmp_path / "whole").glob("*.c3d"):
         assert (tmp_path / "out" / path.name).read_bytes() == path.read_bytes()

@@ -79,7 +79,6 @@ def bad_inputs():
         "truncated": (lambda p: io.write_c3d(make_recording(500), p), "truncated"),
         "no points": (lambda p: io.write_c3d(Recording(np.ones((5, 0, 3)), (), 100.0), p), "no points"),
         "nothing seen": (lambda p: io.write_c3d(nothing_seen, p), "not one point was seen"),
-        "duplicates": (lambda p: io.write_c3d(make_recording(9, ["A", "A"]), p), "two points have the label 'A'"),
     }
 
 

@@ -2,10 +2,11 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 from types import SimpleNamespace
 
 from commands import command
-from making import make_recording
+from making import make_labelling, make_recording
 from text_files import FILES
 
 from dshpm_jax import io
@@ -24,6 +25,36 @@ def test_label(folder, capsys, labeller):
     assert status == 0 and "walk.c3d: labelled, " in out
     status, out, err = command(capsys, "label", "walk.c3d", "-o", "out", "--method", "paper", "--force")
     assert status == 0 and "walk.c3d: labelled, " in out
+
+
+def test_the_first_line_comes_before_jax_and_before_folders_are_searched(folder, capsys, monkeypatch):
+    code = (
+        "import sys\nfrom dshpm_jax.__main__ import main\nimport dshpm_jax._commands.label as label\n"
+        "label.find_jobs = lambda *_: sys.exit('jax' in sys.modules)\n"
+        "main(['label', 'walk.c3d', 'a', 'b', 'c', '-o', 'out'])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0 and done.stdout == "looking for recordings in walk.c3d, a, b and 1 more\n"
+
+
+def test_the_page_is_named_at_the_end(folder, capsys, labeller):
+    _, out, _ = command(capsys, "label", "walk.c3d", "-o", "out")
+    page = folder / "out" / "report.html"
+    assert out.splitlines()[-1] == f"open {page.relative_to(folder)} in a browser to see what needs you"
+    page.write_text("mine")  # no page of ours, so none is written
+    status, out, err = command(capsys, "label", "walk.c3d", "-o", "out", "--force")
+    assert status == 1 and "report.html" in err and "in a browser" not in out
+
+
+def test_doubtful_labels_are_status_1(folder, capsys, monkeypatch):
+    def label_many(recordings, models, settings):
+        for recording, model in zip(recordings, models, strict=True):
+            yield replace(make_labelling(recording, list(model.markers)), stats={"model_fit": 0.5})
+
+    monkeypatch.setitem(sys.modules, "dshpm_jax._label", SimpleNamespace(label_many=label_many))
+    status, out, err = command(capsys, "label", "walk.c3d", "-o", "out")
+    assert status == 1 and "walk.c3d: doubtful, " in out and "0 of 1 recordings labelled, 1 doubtful" in out
+    assert err.startswith("dshpm-jax: walk.c3d: doubtful, its labels hold only 50% of the usual evidence; check that")
 
 
 def test_dry_run_says_what_is_due_and_why_without_jax(folder, capsys, labeller):
@@ -49,7 +80,7 @@ def test_dry_run_says_what_is_due_and_why_without_jax(folder, capsys, labeller):
 
 def test_thresholds(folder, capsys, labeller):
     status, _, err = command(capsys, "label", "walk.c3d", "-o", "out", "--completeness", "1")
-    assert status == 1 and "of its markers found" in err
+    assert status == 1 and "of the points of its markers" in err
     (folder / "s.toml").write_text("min_confidence = 0.5\ncompleteness = 1.0\n")
     thresholds = ["--settings", "s.toml", "--confidence", ".9", "--completeness", ".5"]
     assert command(capsys, "label", "walk.c3d", "-o", "out", *thresholds)[0] == 0
@@ -75,7 +106,7 @@ def test_shards(folder, capsys, labeller):
     for share in ("0/2", "1/2"):
         status, out, err = command(capsys, "label", ".", "-o", "out", "--shard", share)
         assert (status, err) == (0, "")
-        counts.append(int(out.splitlines()[-1].split()[0]))
+        counts.append(int(out.splitlines()[-2].split()[0]))
     assert sum(counts) == 6 == len(list((folder / "out").glob("*.c3d"))) and min(counts) > 0
 
 
@@ -98,8 +129,11 @@ def test_results_in_the_format_of_their_recordings(folder, capsys, labeller):
 
 def test_names_that_count_as_none(folder, capsys, labeller):
     io.write_c3d(make_recording(labels=("LASI", "ghost", "ghost", "SACR")), folder / "ghosts.c3d")
-    status, _, err = command(capsys, "label", "ghosts.c3d", "-o", "out")
-    assert status == 1 and "two points have the label 'ghost'" in err
+    assert command(capsys, "label", "ghosts.c3d", "-o", "out")[0] == 0
+    status, _, err = command(capsys, "model", "ghosts.c3d", "-o", "new.json")
+    assert (
+        status == 1 and "columns 2 and 3 are both named 'ghost', in" in err and "leave one out with --drop '#3'" in err
+    )
     assert command(capsys, "label", "ghosts.c3d", "-o", "out", "--unlabelled", "gh*")[0] == 0
     (folder / "s.toml").write_text('unlabelled = ["nobody", "ghost"]')
     assert command(capsys, "label", "ghosts.c3d", "-o", "out", "--settings", "s.toml")[0] == 0

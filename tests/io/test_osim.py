@@ -142,3 +142,48 @@ def test_files_that_cannot_be_read(tmp_path, content, wrong):
         assert wrong in str(error) and "\n" not in str(error) and str(error).startswith(f"{path}: ")
     else:
         assert not wrong
+
+
+MARKER_SET = """<?xml version="1.0" encoding="UTF-8"?>
+<OpenSimDocument Version="30000"><MarkerSet name="mine"><objects>
+  <Marker name="SHI"><body>tibia</body><location>0.03 -0.2 0</location><fixed>false</fixed></Marker>
+  <Marker name="PAT"><socket_parent_frame>/bodyset/femur</socket_parent_frame><location>0 -0.4 0.05</location></Marker>
+</objects></MarkerSet></OpenSimDocument>"""
+
+
+@pytest.mark.parametrize("content", [OLD, NEW, OLD.replace("<Marker ", "<!-- ").replace("</Marker>", " -->")])
+def test_a_marker_set_beside_a_model(tmp_path, content):
+    """Its markers are the only ones; a model alone may have none."""
+    (tmp_path / "leg.osim").write_text(content)
+    (tmp_path / "set.xml").write_text(MARKER_SET)
+    found = read_osim(tmp_path / "leg.osim", tmp_path / "set.xml")
+    assert [(marker.name, found.bones[marker.bone].name) for marker in found.markers] == [
+        ("SHI", "tibia"),
+        ("PAT", "femur"),
+    ]
+    own = {bone.name: bone for bone in skeleton(tmp_path, OLD).bones}
+    for bone in found.bones[1:]:
+        np.testing.assert_allclose(bone.offset, own[bone.name].offset, atol=1e-9)
+
+
+def test_marker_sets_that_are_none(tmp_path):
+    (tmp_path / "leg.osim").write_text(OLD)
+    (tmp_path / "set.xml").write_text(MARKER_SET.replace("tibia", "tail"))
+    with pytest.raises(io.ReadError, match="set.xml: the marker 'SHI' sits on 'tail', which is no body"):
+        read_osim(tmp_path / "leg.osim", tmp_path / "set.xml")
+    (tmp_path / "set.xml").write_text("<MarkerSet />")
+    with pytest.raises(io.ReadError, match="set.xml: it holds <MarkerSet>"):
+        read_osim(tmp_path / "leg.osim", tmp_path / "set.xml")
+    for name in ("Nick.vsk", "model.json"):
+        with pytest.raises(io.ReadError, match="goes with an .osim file alone"):
+            io.read_model(tmp_path / name, tmp_path / "set.xml")
+
+
+@pytest.mark.parametrize("head", ['<?xml version="1.0" encoding="UTF-8"?>', "<?xml version='1.0'?>", ""])
+def test_a_file_that_is_no_utf8_although_it_says_so(tmp_path, head):
+    """A name typed on a machine with another alphabet is no reason to refuse the model."""
+    content = OLD.replace('<?xml version="1.0" encoding="UTF-8"?>', head, 1).lstrip().replace("THI", "CÔT\u00c9")
+    (tmp_path / "leg.osim").write_bytes(content.encode("latin-1"))
+    assert read_osim(tmp_path / "leg.osim").markers[0].name == "CÔT\u00c9"
+    (tmp_path / "leg.osim").write_bytes(content.encode())
+    assert read_osim(tmp_path / "leg.osim").markers[0].name == "CÔT\u00c9"

@@ -77,6 +77,56 @@ def test_targets_of_newer_files_and_markers_of_the_calibration_alone(tmp_path):
     np.testing.assert_array_equal(found[0].place, [1.5, 0, 0])
 
 
+NEWER = """<KinematicModel VERSION="3.2">
+  <Parameters><Parameter NAME="k" VALUE="400"/></Parameters>
+  <Skeleton><Segment NAME="thigh"><JointFree NAME="World_thigh" INVERSE-POST-POSITION="5 0 0"/>
+    <Segment NAME="shank">
+      <JointHinge NAME="knee" AXIS="1 0 0" MEAN="0" PRE-ORIENTATION="0 0 1.5707963267948966" PRE-POSITION="0 -'k' 0"
+        INVERSE-POST-ORIENTATION="0 1.5707963267948966 0" INVERSE-POST-POSITION="0 50 0">
+        <JointTemplate PRE-POSITION="9 9 9"/></JointHinge></Segment>
+  </Segment></Skeleton>
+  <MarkerSet><Markers><Marker NAME="A"/><Marker NAME="B"/></Markers></MarkerSet>
+  <Targets><TargetLocalPointToWorldPoint MARKER="A" SEGMENT="thigh" POSITION="0 -200 40"/>
+    <TargetLocalPointToWorldPoint MARKER="B" SEGMENT="shank" POSITION="0 -100 7"/></Targets></KinematicModel>"""
+
+
+def test_in_the_newer_layout_joints_say_where_their_segments_stand(tmp_path):
+    """A joint has a place and a turn in the parent (PRE) and in the segment (INVERSE-POST): the bone begins there."""
+    found = skeleton(tmp_path, NEWER)
+    thigh, shank = found.bones
+    np.testing.assert_allclose(thigh.offset, 0)
+    np.testing.assert_allclose(shank.offset, [-5, -400, 0])
+    about_z, about_y = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]]), np.array([[0, 0, 1], [0, 1, 0], [-1, 0, 0]])
+    np.testing.assert_allclose(shank.rotation, about_z @ about_y.T, atol=1e-12)
+    np.testing.assert_allclose(shank.axes, [about_y @ [1, 0, 0]], atol=1e-12)
+    np.testing.assert_allclose([marker.place for marker in found.markers], [[-5, -200, 40], [0, -150, 7]])
+
+
+def test_markers_of_the_newer_layout_are_where_both_joints_have_them(tmp_path):
+    """The knee of the shank, 50 mm up in it, is that of the thigh, and its turn moves the marker in the thigh."""
+    thigh, shank = skeleton(tmp_path, NEWER).bones
+    marker = skeleton(tmp_path, NEWER).markers[1]
+    in_thigh = shank.offset + shank.rotation @ marker.place + [5, 0, 0]
+    np.testing.assert_allclose(in_thigh, [0, -400, 0] + np.array([150, -7, 0]), atol=1e-9)
+    assert thigh.name == "thigh"
+
+
+@pytest.mark.parametrize(
+    "content, wrong",
+    [
+        (
+            NEWER.replace('<Segment NAME="shank">', '<Segment NAME="shank" POSITION="0 0 0">'),
+            "both say where it stands",
+        ),
+        (text().replace("""POSITION="0 -'Left Leg' 'A_x'" ORIENTATION="0 0 1.5707963267948966\"""", ""), "neither the"),
+        (NEWER.replace("0 50 0", "0 50"), "has 2 numbers"),
+    ],
+)
+def test_layouts_that_are_not_understood_are_refused(tmp_path, content, wrong):
+    with pytest.raises(io.ReadError, match=wrong):
+        skeleton(tmp_path, content)
+
+
 @pytest.mark.parametrize(
     "content, wrong",
     [

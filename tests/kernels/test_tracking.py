@@ -7,9 +7,10 @@ import reference
 from equinox.debug import assert_max_traces
 from scipy.optimize import linear_sum_assignment
 
+from dshpm_jax._columns import columns_are_tracks, unbroken_columns
 from dshpm_jax._kernels import tracking
 from dshpm_jax._kernels.tracking import NUM_ROUNDS, RIVAL_MARGIN, RIVAL_RATIO, track
-from dshpm_jax._pretracking import columns_are_tracks, pretrack, unbroken_columns
+from dshpm_jax._pretracking import pretrack
 from dshpm_jax._recording import Recording
 from dshpm_jax._types import NO_MATCH
 

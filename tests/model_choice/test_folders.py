@@ -4,6 +4,7 @@ from bodies import nameless, taken, wand, write
 
 from dshpm_jax import io
 from dshpm_jax._model_choice.folders import find, folders_of, recordings_in
+from dshpm_jax._reading import AS_USUAL
 
 
 def test_every_folder_once_and_no_results(tmp_path):
@@ -42,7 +43,7 @@ def test_labelled_ones_are_found_and_the_others_have_a_reason(tmp_path):
 
 def test_names_that_count_as_none(tmp_path):
     folder = write(tmp_path, a=wand())
-    assert not find(folder, ["?"]).labelled
+    assert not find(folder, {**AS_USUAL, "unlabelled": ["?"]}).labelled
 
 
 def test_takes_of_people_are_labelled(tmp_path):

@@ -9,6 +9,17 @@ def double(number: int) -> int:
     return 2 * number
 
 
+def count(number: int, tell) -> int:
+    for k in range(number):
+        tell(k)
+    return number
+
+
+def tell_and_die(tell) -> None:
+    tell("so far")
+    die()
+
+
 def process() -> int:
     return os.getpid()
 

@@ -25,6 +25,15 @@ def test_answers_and_errors(pool):
         pool.submit(calls.refuse, "not today").result()
 
 
+def test_what_a_call_tells_is_there_before_its_answer(pool):
+    told = []
+    assert pool.submit_telling(told.append, calls.count, 3).result() == 3
+    assert told == [0, 1, 2]
+    with pytest.raises(WorkerDied):
+        pool.submit_telling(told.append, calls.tell_and_die).result()
+    assert told[3:] == ["so far"]
+
+
 @pytest.mark.skipif(not hasattr(os, "sched_getaffinity"), reason="the system cannot pin processes")
 def test_processes_share_the_cores(pool):
     have = calls.cores()

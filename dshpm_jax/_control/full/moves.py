@@ -13,6 +13,7 @@ from jaxtyping import Float, Int
 from dshpm_jax._control.full.evidence import FrameEvidence, evidence_after, labels_in
 from dshpm_jax._control.full.objective import Solution
 from dshpm_jax._control.problem import LabellingProblem
+from dshpm_jax._geometry import evenly_spaced
 from dshpm_jax._requests import Control
 from dshpm_jax._types import NO_MATCH
 
@@ -42,8 +43,7 @@ def judge_moves(problem: LabellingProblem, solution: Solution, moves: Sequence[M
         for j in move.trajectories:
             alive[t.start[j] : t.stop[j]] = True
         touched = np.flatnonzero(alive[before.frames])
-        count = min(problem.tuning.move_frames, len(touched))
-        picked = touched[np.linspace(0, len(touched) - 1, count).round().astype(int)]
+        picked = touched[evenly_spaced(len(touched), problem.tuning.move_frames, rounded=True)]
         rows.append(picked)
         sizes.append(len(picked))
         lives.append(int(alive.sum()))

@@ -11,6 +11,7 @@ from dshpm_jax._control.paper.dynamic import accept
 from dshpm_jax._control.paper.segment import match_segment
 from dshpm_jax._control.partial_labels import PartialLabels
 from dshpm_jax._control.problem import LabellingProblem
+from dshpm_jax._geometry import evenly_inside
 from dshpm_jax._hierarchy import subtree
 from dshpm_jax._requests import Control, Gather
 from dshpm_jax._types import NO_MATCH
@@ -57,7 +58,7 @@ def frames_lacking_evidence(problem: LabellingProblem, solution: Solution) -> di
     order = np.argsort(-short.sum(1), kind="stable")
     lacking = {int(s): solution.evidence.frames[short[s] > 0] for s in order}
     return {
-        s: _spread(frames, tuning.rematch_frames)
+        s: frames[evenly_inside(len(frames), min(len(frames), tuning.rematch_frames))].tolist()
         for s, frames in lacking.items()
         if (short[s] > 0).mean() > tuning.max_poor_share
     }
@@ -91,12 +92,6 @@ def _unsettled(
     unnamed = np.where((found.labels == NO_MATCH)[..., None], found.llr, -np.inf).max(1)
     tuning = problem.tuning
     return np.where(held, gain < 0, (unnamed > tuning.min_take_llr) | (known < tuning.min_distances))
-
-
-def _spread(frames: np.ndarray, count: int) -> list[int]:
-    """A few of the frames, from the first to the last."""
-    picked = np.linspace(0, len(frames) - 1, min(count, len(frames)) + 2)[1:-1].round().astype(int)
-    return frames[np.unique(picked)].tolist()
 
 
 def _trials(problem: LabellingProblem, segment: int) -> list[_Trial]:

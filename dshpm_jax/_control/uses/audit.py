@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Int
 from scipy.sparse.csgraph import connected_components
 
+from dshpm_jax._columns import unbroken_columns
 from dshpm_jax._control.full.evidence import evidence_in
 from dshpm_jax._control.full.moves import Move, judge_moves
 from dshpm_jax._control.full.objective import Incumbent, Solution
@@ -15,7 +16,6 @@ from dshpm_jax._control.problem import LabellingProblem
 from dshpm_jax._control.tuning import TUNING, Tuning
 from dshpm_jax._control.uses.spikes import leaps, spikes
 from dshpm_jax._model import SubjectModel
-from dshpm_jax._pretracking import unbroken_columns
 from dshpm_jax._recording import Recording
 from dshpm_jax._requests import Control
 from dshpm_jax._settings import Settings
