@@ -23,13 +23,12 @@ def doubts_of(labelling: Labelling, completeness: float) -> list[str]:
 
 def all_doubts(figures: Mapping[str, Any]) -> tuple[str, ...]:
     """Those of `figures`, and what their numbers tell."""
-    fit = figures.get("model_fit")
+    fit, doubts = figures.get("model_fit"), tuple(figures.get("doubts", ()))
     if not _fits_badly(fit):
-        return tuple(figures.get("doubts", ()))
-    evidence = "none of its points fits the model"
+        return doubts
     if figures["labelled_points"]:
-        evidence = f"its labels hold only {fit:.0%} of the usual evidence"
-    return (*figures.get("doubts", ()), evidence)
+        return (*doubts, f"its labels hold only {fit:.0%} of the usual evidence")
+    return doubts or ("none of its points fits the model",)  # which a doubt explains, if there is any
 
 
 def unit_doubt(labelling: Labelling) -> str:

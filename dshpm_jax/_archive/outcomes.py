@@ -64,7 +64,7 @@ def judged(job: Job, settings: Settings, hashes: Mapping[str, str], figures: Map
         outcome, wrong = DOUBTFUL, f"doubtful, {'; '.join(doubts)}"
     elif share < settings.completeness:
         outcome, wrong = PARTLY, f"only {percent(share)} of the points of its markers have a label"
-    message = f"{job.source}: {wrong}; check that {' and '.join(map(str, job.models))} is right" if wrong else ""
+    message = f"{job.source}: {wrong}; check it against {' and '.join(map(str, job.models))}" if wrong else ""
     return Outcome(job, outcome, message, hashes, figures, doubts, was_there=was_there)
 
 

@@ -103,16 +103,12 @@ def test_labels_of_a_model_that_fits_badly_are_doubtful(archive, tmp_path, label
     assert row["model_fit"] == ("" if fit is None else str(fit)) and bool(row["message"]) == doubtful
 
 
-class NoPoints(io.ReadError):
-    pass
-
-
 def test_files_without_points_are_passed_over(archive, tmp_path, labeller, monkeypatch):
     read = io.read
 
     def of_emg(path, *more):
         if Path(path).name == "run.c3d":
-            raise NoPoints(path, "it holds analog samples alone", "give recordings with points")
+            raise io.NoPoints(path, "it holds analog samples alone", "give recordings with points")
         return read(path, *more)
 
     monkeypatch.setattr(io, "read", of_emg)
@@ -131,7 +127,7 @@ def test_reasons_of_doubt_stand_in_the_row(archive, tmp_path, labeller, monkeypa
     monkeypatch.setitem(sys.modules, "dshpm_jax._label", SimpleNamespace(label_many=label_many))
     for _ in range(2):
         outcome = run(archive, tmp_path / "out")["bob/run.c3d"]
-        assert outcome.outcome == DOUBTFUL and "run.c3d: doubtful, its axes are mirrored; check that" in outcome.message
+        assert outcome.outcome == DOUBTFUL and "run.c3d: doubtful, its axes are mirrored; check it" in outcome.message
         assert rows_of(tmp_path / "out")["bob/run.c3d"]["doubts"] == ["its axes are mirrored"]
 
 

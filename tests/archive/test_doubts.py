@@ -53,6 +53,7 @@ def test_reasons_that_the_labelling_gives_itself():
 def test_evidence():
     poor = {"model_fit": TUNING.poor_fit_below - 0.11, "labelled_points": 9, "doubts": ["its axes are mirrored"]}
     assert all_doubts(poor) == ("its axes are mirrored", "its labels hold only 69% of the usual evidence")
+    assert all_doubts(poor | {"labelled_points": 0}) == ("its axes are mirrored",)
     assert all_doubts(poor | {"labelled_points": 0, "doubts": []}) == ("none of its points fits the model",)
     assert all_doubts(poor | {"model_fit": TUNING.poor_fit_below}) == ("its axes are mirrored",)
     assert all_doubts({"model_fit": None, "labelled_points": 9}) == ()

@@ -54,7 +54,7 @@ def test_doubtful_labels_are_status_1(folder, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "dshpm_jax._label", SimpleNamespace(label_many=label_many))
     status, out, err = command(capsys, "label", "walk.c3d", "-o", "out")
     assert status == 1 and "walk.c3d: doubtful, " in out and "0 of 1 recordings labelled, 1 doubtful" in out
-    assert err.startswith("dshpm-jax: walk.c3d: doubtful, its labels hold only 50% of the usual evidence; check that")
+    assert err.startswith("dshpm-jax: walk.c3d: doubtful, its labels hold only 50% of the usual evidence; check it")
 
 
 def test_dry_run_says_what_is_due_and_why_without_jax(folder, capsys, labeller):
