@@ -4,19 +4,16 @@
 import argparse
 import os
 import sys
-import warnings
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from importlib import import_module
 from textwrap import indent
-from typing import TextIO
 
 import dshpm_jax
 from dshpm_jax._commands import COMMANDS
 from dshpm_jax._commands.examples import EXAMPLES
 from dshpm_jax._commands.statuses import INTERRUPTED, PIPE_CLOSED, WRONG_USAGE
 from dshpm_jax._console import complain
-from dshpm_jax._messages import UsageError, one_line
+from dshpm_jax._messages import UsageError
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -26,8 +23,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         import_module("argcomplete").autocomplete(parser)
     arguments = parser.parse_args(argv)
     try:
-        with _warnings_as_lines():
-            status = arguments.run(arguments)
+        status = arguments.run(arguments)
         sys.stdout.flush()
         return status
     except BrokenPipeError:
@@ -61,29 +57,6 @@ def _parser() -> argparse.ArgumentParser:
         command.add_options(options)
         options.set_defaults(run=command.run)
     return parser
-
-
-@contextmanager
-def _warnings_as_lines() -> Iterator[None]:
-    """What the library warns of is said like all that a command says, without a line of source."""
-    with warnings.catch_warnings():
-        others = warnings.showwarning
-
-        def show(
-            message: Warning | str,
-            category: type[Warning],
-            filename: str,
-            lineno: int,
-            file: TextIO | None = None,
-            line: str | None = None,
-        ) -> None:
-            if category is UserWarning:
-                complain(one_line(str(message)))
-            else:
-                others(message, category, filename, lineno, file, line)
-
-        warnings.showwarning = show
-        yield
 
 
 if __name__ == "__main__":

@@ -55,7 +55,8 @@ def check(
         ReadError: a file cannot be read.
         ValueError: the model knows none of the labels, or has no neighbourhoods, or two columns have one label.
     """
-    recording, model = recording_of(recording), model_of(model)
+    model = model_of(model)
+    recording = recording_of(recording, model, settings)
     seen = np.flatnonzero(recording.present.any(0))
     if not {recording.labels[column] for column in seen} & set(model.markers):
         raise ValueError("none of its labels is in the model; give a labelled recording and the model of its subject")

@@ -5,24 +5,39 @@ from pathlib import Path
 
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._recording import Recording
+from dshpm_jax._settings import Settings
 from dshpm_jax._subjects import combine_models
-from dshpm_jax.io import read, read_model
+from dshpm_jax.io import kept, read, read_model
 
 GivenRecording = Recording | str | Path
 GivenModel = SubjectModel | str | Path
 GivenModels = GivenModel | Sequence[GivenModel] | Mapping[str, GivenModel]
 
 
-def recording_of(given: GivenRecording) -> Recording:
-    """A recording, read if it is given as a file (`ReadError` if it cannot be)."""
-    return given if isinstance(given, Recording) else read(given)
+def recording_of(
+    given: GivenRecording, model: SubjectModel | None = None, settings: Settings | None = None
+) -> Recording:
+    """A recording, read if it is given as a file (`ReadError` if it cannot be).
+
+    Arguments:
+        model: its markers are not left out of a file however much they seem to be computed.
+        settings: say how files are read.
+    """
+    if isinstance(given, Recording):
+        return given
+    how = Settings() if settings is None else settings
+    markers = () if model is None else model.markers
+    return read(given, how.unlabelled, [*kept(markers), *how.drop], how.frozen_gaps)
 
 
 def recordings_of(given: GivenRecording | Iterable[GivenRecording]) -> list[Recording]:
     """Recordings, each read if it is given as a file; one that stands alone makes a list of one."""
-    if isinstance(given, GivenRecording):
-        return [recording_of(given)]
-    return [recording_of(one) for one in given]
+    return [recording_of(one) for one in one_or_more(given)]
+
+
+def one_or_more(given: GivenRecording | Iterable[GivenRecording]) -> list[GivenRecording]:
+    """A list of what is given; of one where it stands alone."""
+    return [given] if isinstance(given, GivenRecording) else list(given)
 
 
 def model_of(given: GivenModels) -> SubjectModel:

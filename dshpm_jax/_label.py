@@ -10,7 +10,7 @@ import numpy as np
 from dshpm_jax._control.methods import Answer, label_control
 from dshpm_jax._control.tuning import TUNING, Tuning
 from dshpm_jax._driver import Driver
-from dshpm_jax._given import GivenModel, GivenModels, GivenRecording, model_of, recording_of, recordings_of
+from dshpm_jax._given import GivenModel, GivenModels, GivenRecording, model_of, one_or_more, recording_of
 from dshpm_jax._labelling import Labelling
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._pretracking import pretrack
@@ -30,7 +30,8 @@ def label(
     """Labels one recording against the model of its subject, or the models of all its subjects.
 
     Arguments:
-        recording: points in millimetres, or their file; names that its columns already carry are ignored.
+        recording: points in millimetres, or their file, read as `settings` say; names that its columns already carry
+            are ignored.
         model: see `SubjectModel.from_recordings`, or its file; for several subjects a model of each, best with their
             names, which go before the markers' names (see `combine_models`).
         settings: the method and its parameters.
@@ -44,7 +45,12 @@ def label(
     Warns:
         UserWarning: the points are spread over a few millimetres or kilometres, or are not of the model's size.
     """
-    return next(label_many([recording_of(recording)], model_of(model), settings, driver, tuning))
+    known = model_of(model)
+    recording = recording_of(recording, known, settings)
+    rescaled = settings is not None and settings.rescale
+    if not rescaled and (doubt := size_doubt(recording, known)):
+        warnings.warn(doubt, stacklevel=2)
+    return next(label_many([recording], known, settings, driver, tuning))
 
 
 def label_many(
@@ -56,21 +62,21 @@ def label_many(
 ) -> Iterator[Labelling]:
     """Labels recordings side by side, so that their kernels share batches; the labels are those of `label`.
 
+    Nothing is warned of: who labels many looks at what came out.
+
     Arguments:
         recordings: points in millimetres, or their files; all are in memory together.
         models: one for all, or one for each recording; `combine_models` makes one of several subjects.
-        settings, driver, tuning: as for `label`. So are errors and warnings.
+        settings, driver, tuning: as for `label`.
 
     Yields:
         a `Labelling` for each recording, in order; with `Settings.rescale` its model is the rescaled one.
     """
     settings = Settings() if settings is None else settings
     driver = Driver() if driver is None else driver
-    recordings = recordings_of(recordings)
-    models = _one_for_each(models, len(recordings))
-    for recording, model in zip(recordings, models):
-        if (doubt := size_doubt(recording, model)) and not settings.rescale:
-            warnings.warn(doubt, stacklevel=2)
+    given = one_or_more(recordings)
+    models = _one_for_each(models, len(given))
+    recordings = [recording_of(one, model, settings) for one, model in zip(given, models)]
     tracked = [_trajectories(recording, settings) for recording in recordings]
     controls = (label_control(t, model, settings, tuning) for t, model in zip(tracked, models))
     for recording, answer in zip(recordings, driver.run(controls)):

@@ -1,9 +1,23 @@
 """Files stand for the recordings and models that they hold, wherever these are asked for."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from dshpm_jax import SubjectModel, check, combine_models, io, label, label_many, read, read_model, reconstruct
+from dshpm_jax import (
+    Settings,
+    SubjectModel,
+    check,
+    combine_models,
+    io,
+    label,
+    label_many,
+    read,
+    read_model,
+    reconstruct,
+)
+from dshpm_jax._given import recording_of
 from dshpm_jax.synthesis import person
 
 
@@ -50,6 +64,16 @@ def test_check_and_reconstruct(files):
     assert check(path, model) == check(read(path), read_model(model))
     found, known = reconstruct(path, model), reconstruct(read(path), read_model(model))
     np.testing.assert_array_equal(found.rotations, known.rotations)
+
+
+def test_files_are_read_as_the_settings_say_and_with_the_markers_of_the_model(files, tmp_path):
+    assert "LKNE" not in recording_of(files / "walk.c3d", settings=Settings(drop=("LKNE",)))
+    walk = read(files / "walk.c3d")
+    named = replace(walk, labels=("LHJC", *walk.labels[1:]))
+    io.write_c3d(named, tmp_path / "computed.c3d")
+    assert "LHJC" not in recording_of(tmp_path / "computed.c3d")
+    model = SubjectModel.from_recordings(named)
+    assert "LHJC" in recording_of(tmp_path / "computed.c3d", model)
 
 
 @pytest.mark.parametrize("order", [label, check, reconstruct])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from takes import model
 
-from dshpm_jax import label
+from dshpm_jax import label, label_many
 from dshpm_jax._size import extent, size_doubt
 from dshpm_jax.synthesis import add_ghosts, person
 
@@ -52,3 +52,4 @@ def test_labelling_warns_and_labels_nevertheless():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         label(WALK.frames(0, 10), model())
+        next(label_many([scaled(0.001).frames(0, 10)], model()))  # whose caller looks at what came out

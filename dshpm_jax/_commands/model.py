@@ -1,7 +1,7 @@
 """The command `model`: a marker model from labelled recordings, or from the subject file of a capture system."""
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from dshpm_jax import io
@@ -43,47 +43,39 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.out.exists() and not io.is_model(arguments.out):
         raise UsageError(f"{arguments.out}: is there and no marker model, not overwritten; give another file")
     _check_sources(arguments)
-    return OK if _written(arguments) else FAILURES
-
-
-def _written(arguments: argparse.Namespace) -> bool:
-    """Makes and writes the model; whether that could be done, and a line if not."""
     given, out = arguments.recordings, arguments.out
-    try:
-        if given[0].suffix.lower() in io.SUBJECT_FILES:
-            write(io.read_model(given[0], arguments.markers), out)
-            return True
-        if given[0].is_dir():
-            recordings = chosen_in(given[0], arguments)
-        else:
-            recordings = [_read_labelled(path, reading(arguments)) for path in given]
-        if recordings:
-            return made_of(recordings, arguments, out)
+    if not given[0].is_dir():
+        return OK if written(lambda: _made_model(arguments), given, out) else FAILURES
+    recordings = chosen_in(given[0], arguments)
+    if not recordings:
         complain(f"{given[0]}: none of its own recordings can be used; 'dshpm-jax models' looks into its folders too")
-    except (io.ReadError, io.WriteError) as error:
-        complain(error)
-    except ValueError as error:  # such as two columns of one name
-        complain(f"no model of {', '.join(map(str, given))}: {error}")
-    return False
+        return FAILURES
+    return OK if written(lambda: model_of(recordings, arguments), given, out) else FAILURES
 
 
-def made_of(recordings: Sequence[Recording], arguments: argparse.Namespace, out: Path) -> bool:
-    """Makes a model, with the options of `add_how`, and writes it; whether that could be done, and a line about it."""
+def written(make: Callable[[], SubjectModel], sources: Sequence[Path], out: Path) -> bool:
+    """Makes a model and writes it; whether that could be done, and a line about it."""
     try:
-        known = {name for r in recordings for name, named in zip(r.labels, r.labelled, strict=True) if named}
-        segments = io.read_segments(arguments.segments, known) if arguments.segments else None
-        write(SubjectModel.from_recordings(recordings, segments=segments, template=arguments.template), out)
+        model = make()
+        out.parent.mkdir(parents=True, exist_ok=True)
+        io.write_model(model, out)
     except (io.ReadError, io.WriteError) as error:
         complain(error)
     except ValueError as error:
-        complain(f"no model of {', '.join(str(recording.source) for recording in recordings)}: {error}")
-    except BrokenPipeError:
-        raise  # whoever reads our lines has gone, and the model is written
+        complain(f"no model of {', '.join(map(str, sources))}: {error}")
     except OSError as error:
         complain(f"{out}: cannot be written ({error.strerror}); give another file")
     else:
+        say(f"{out}: {model.num_markers} markers in {len(model.segments)} segments")
         return True
     return False
+
+
+def model_of(recordings: Sequence[Recording], arguments: argparse.Namespace) -> SubjectModel:
+    """The model of recordings, with the options of `add_how`."""
+    known = {name for r in recordings for name, named in zip(r.labels, r.labelled, strict=True) if named}
+    segments = io.read_segments(arguments.segments, known) if arguments.segments else None
+    return SubjectModel.from_recordings(recordings, segments=segments, template=arguments.template)
 
 
 def chosen_in(folder: Path, arguments: argparse.Namespace) -> list[Recording]:
@@ -100,13 +92,6 @@ def chosen_in(folder: Path, arguments: argparse.Namespace) -> list[Recording]:
     return choice.used
 
 
-def write(model: SubjectModel, out: Path) -> None:
-    """Writes the model, and says so."""
-    out.parent.mkdir(parents=True, exist_ok=True)
-    io.write_model(model, out)
-    say(f"{out}: {model.num_markers} markers in {len(model.segments)} segments")
-
-
 def _check_sources(arguments: argparse.Namespace) -> None:
     given = arguments.recordings
     files = [path for path in given if path.suffix.lower() in io.SUBJECT_FILES]
@@ -119,6 +104,14 @@ def _check_sources(arguments: argparse.Namespace) -> None:
     folders = [path for path in given if path.is_dir()]
     if folders and len(given) > 1:
         raise UsageError(f"{folders[0]}: a folder makes a model alone; give it or recordings, not both")
+
+
+def _made_model(arguments: argparse.Namespace) -> SubjectModel:
+    """The model of one subject file, or of recordings."""
+    given = arguments.recordings
+    if given[0].suffix.lower() in io.SUBJECT_FILES:
+        return io.read_model(given[0], arguments.markers)
+    return model_of([_read_labelled(path, reading(arguments)) for path in given], arguments)
 
 
 def _read_labelled(path: Path, how: Reading) -> Recording:

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from dshpm_jax import io
-from dshpm_jax._commands.model import add_how, chosen_in, made_of
+from dshpm_jax._commands.model import add_how, chosen_in, model_of, written
 from dshpm_jax._commands.statuses import FAILURES, OK
 from dshpm_jax._console import complain, say
 from dshpm_jax._messages import UsageError
@@ -56,4 +56,4 @@ def _model_in(folder: Path, arguments: argparse.Namespace) -> bool | None:
     if arguments.dry_run:
         say(f"{out}: would be {'replaced' if out.exists() else 'made'}")
         return True
-    return made_of(recordings, arguments, out)
+    return written(lambda: model_of(recordings, arguments), [folder], out)

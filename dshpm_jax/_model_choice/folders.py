@@ -65,7 +65,7 @@ def find(folder: Path, how: Reading = AS_USUAL) -> Found:
             else:
                 found.unlabelled.append(path)
         except ValueError as error:
-            found.left_out[path] = str(error).removeprefix(f"{path}: ")
+            found.left_out[path] = str(error).removeprefix(f"{path}: ").removeprefix(f"{path.name}: ")
     return found
 
 

@@ -61,7 +61,8 @@ def _named(labelled: Labelling | GivenRecording, model: GivenModel | None) -> tu
         return labelled.to_recording(), labelled.model
     if model is None:
         raise ValueError("a recording needs the model of its subject; give reconstruct(recording, model)")
-    recording, known = recording_of(labelled), model_of(model)
+    known = model_of(model)
+    recording = recording_of(labelled, known)
     if not set(recording.labels) & set(known.markers):
         raise ValueError("none of its labels is in the model; give a labelled recording and the model of its subject")
     check_names_apart(recording, take_turns=False)

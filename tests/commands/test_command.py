@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-import warnings
 from types import SimpleNamespace
 
 import numpy as np
@@ -119,15 +118,3 @@ def test_demo_is_handed_its_folder(folder, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "dshpm_jax._demo.capture", SimpleNamespace(run=lambda out: asked.append(out) or 0))
     assert command(capsys, "demo", "-o", "here")[0] == 0 and command(capsys, "demo")[0] == 0
     assert [str(out) for out in asked] == ["here", "None"]
-
-
-def test_what_the_library_warns_of_is_a_line_of_ours(folder, capsys, monkeypatch):
-    def run(out):
-        warnings.warn("its points\nare tiny", stacklevel=2)
-        return 0
-
-    monkeypatch.setitem(sys.modules, "dshpm_jax._demo.capture", SimpleNamespace(run=run))
-    with warnings.catch_warnings():
-        warnings.simplefilter("always")
-        status, out, err = command(capsys, "demo")
-    assert (status, out, err) == (0, "", "dshpm-jax: its points are tiny\n")
