@@ -24,6 +24,7 @@ class Job:
         models: its subjects' models; none where none was found.
         problem: why it cannot be labelled at all, or nothing.
         clashes: whether `target` is the result of another recording.
+        page: whether a page in which it plays is made with the result.
     """
 
     source: Path
@@ -31,6 +32,7 @@ class Job:
     models: tuple[Path, ...] = ()
     problem: str = ""
     clashes: bool = False
+    page: bool = False
 
     @property
     def sidecar(self) -> Path:

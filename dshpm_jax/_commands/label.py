@@ -22,7 +22,7 @@ from dshpm_jax._console import add_reading, complain, say
 from dshpm_jax._messages import UsageError
 from dshpm_jax._settings import Settings
 from dshpm_jax.io import WriteError
-from dshpm_jax.report._run_page import PAGE_NAME
+from dshpm_jax.report._page_name import PAGE_NAME
 
 ABOUT = "labels recordings"
 MOST_INPUTS = 3  # named in a line
@@ -72,6 +72,7 @@ def add_options(label: argparse.ArgumentParser) -> None:
     where.add_argument("--scheduler", metavar="ADDRESS", help="label on the workers of this dask scheduler")
     where.add_argument("--scheduler-file", type=Path, metavar="FILE", help="the same, by the file that it wrote")
     run.add_argument("--shard", type=_shard, metavar="I/N", help="only share I (from 0) of N, for job arrays")
+    run.add_argument("--no-pages", action="store_true", help="make no page of each trial, which 'view' makes too")
     add_open(run, "the report, when all is done,")
     run.add_argument("--log-file", type=Path, metavar="FILE", help="append what happens to this file, with times")
 
@@ -87,6 +88,7 @@ def run(arguments: argparse.Namespace) -> int:
     if not arguments.dry_run:
         say(f"looking for recordings in {_listed(arguments.inputs)}")
     jobs = find_jobs(arguments.inputs, arguments.model, arguments.out, arguments.format == "same")
+    jobs = [dataclasses.replace(job, page=not arguments.no_pages) for job in jobs]
     order = Order(arguments.out, settings, arguments.force, arguments.shard, arguments.workers or 1)
     if order.shard:
         jobs = in_shard(jobs, order.shard)

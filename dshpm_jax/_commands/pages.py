@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from dshpm_jax._console import complain
-from dshpm_jax.report._run_page import PAGE_NAME
+from dshpm_jax.report._page_name import PAGE_NAME
 
 
 def add_open(options: Any, what: str) -> None:

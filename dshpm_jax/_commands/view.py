@@ -12,6 +12,7 @@ from dshpm_jax._console import complain, say
 from dshpm_jax._messages import UsageError
 from dshpm_jax._model import SubjectModel
 from dshpm_jax.report._page import is_page
+from dshpm_jax.report._page_name import page_of_result
 from dshpm_jax.report._run_page import write_run_page
 from dshpm_jax.report._view import view
 
@@ -66,7 +67,7 @@ def _pages_of(given: Path, out: Path | None, model: SubjectModel | None) -> Iter
     rows = sorted(known_rows(given).values(), key=lambda row: row["output"] or row["input"])
     for row in rows:
         if row["output"] and (given / row["output"]).is_file():
-            yield from _page(given / row["output"], (given / row["output"]).with_suffix(".html"), model)
+            yield from _page(given / row["output"], page_of_result(given, given / row["output"]), model)
     try:
         write_run_page(given, rows)  # which links to the pages from now on
     except io.WriteError as error:

@@ -7,36 +7,29 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from dshpm_jax._geometry import evenly_spaced, is_seen, pair_distances
 from dshpm_jax._hierarchy import depth_first
 from dshpm_jax._model import Segment
 from dshpm_jax._recording import Recording
 from dshpm_jax._trajectories import from_columns
 from dshpm_jax._types import NO_MATCH
 from dshpm_jax.io import ReadError
-from dshpm_jax.report._looks import shortest_tree
-
-SAMPLED_FRAMES = 200  # in which distances between markers are measured
-SOFT = 0.15  # markers whose distance varies by more than this share of it are not linked, unless a segment says so
-
-
-@dataclass(frozen=True)
-class Part:
-    """A segment on the page: its name and the columns of its markers."""
-
-    name: str
-    columns: tuple[int, ...]
+from dshpm_jax.report._doubts import doubt_of, troubles_of
+from dshpm_jax.report._links import Part, links_of
 
 
 @dataclass(frozen=True)
 class Span:
-    """A trajectory: the column and frames (both ends belong to it) in which it is, and what was decided about it."""
+    """A trajectory: the column and frames (both ends belong to it) in which it is, and what was decided about it.
+
+    `reason` is in plain words, and says why its label is in doubt if that is so.
+    """
 
     column: int
     first: int
     last: int
     confidence: float
     reason: str
+    doubtful: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +44,7 @@ class Film:
         parts: the segments, neighbours in the hierarchy one after the other; none if they are not known.
         links: pairs of columns to draw a stick between, and the part it belongs to (-1: none).
         spans: what was decided about each trajectory, as far as that is known.
+        troubles: what is doubtful about all labels, a sentence each.
     """
 
     names: tuple[str, ...]
@@ -59,6 +53,7 @@ class Film:
     parts: tuple[Part, ...]
     links: tuple[tuple[int, int, int], ...]
     spans: tuple[Span, ...]
+    troubles: tuple[str, ...] = ()
 
 
 def make_film(
@@ -95,8 +90,9 @@ def make_film(
         points,
         recording.rate,
         found,
-        tuple(_links(points[:, : len(named)], found)),
+        tuple(links_of(points[:, : len(named)], found, names)),
         tuple(_spans(sidecar, place, tracks, rest.shape[1], len(named))) if sidecar is not None else (),
+        tuple(troubles_of(sidecar)) if sidecar is not None else (),
     )
 
 
@@ -120,46 +116,25 @@ def _places_of(sidecar: Mapping[str, Any], recording: Recording, place: Mapping[
     return {marker: column for marker, column in bare.items() if column is not None}
 
 
-def _links(points: Float[np.ndarray, "frames markers 3"], parts: Sequence[Part]) -> list[tuple[int, int, int]]:
-    """Within each part the shortest tree; without parts a tree of the nearest and most rigid pairs of all markers."""
-    sample = points[evenly_spaced(len(points), SAMPLED_FRAMES)]
-    if parts:
-        found = []
-        for p, part in enumerate(parts):
-            mean, _ = _distances(sample[:, list(part.columns)])
-            found += [(part.columns[i], part.columns[j], p) for i, j in shortest_tree(mean)]
-        return found
-    mean, spread = _distances(sample)
-    return [(i, j, -1) for i, j in shortest_tree(np.where(spread < SOFT * mean, mean + 4 * spread, np.inf))]
-
-
-def _distances(points: Float[np.ndarray, "frames n 3"]) -> tuple[Float[np.ndarray, "n n"], Float[np.ndarray, "n n"]]:
-    """Mean and spread of all distances (mm), infinite for pairs never seen together."""
-    both = is_seen(points)
-    count = both.T.astype(float) @ both
-    mean, square = np.zeros(count.shape), np.zeros(count.shape)
-    for frame in np.where(both[..., None], points, np.nan):
-        distance = np.nan_to_num(pair_distances(frame))
-        mean, square = mean + distance, square + distance**2
-    mean, square = mean / np.maximum(count, 1), square / np.maximum(count, 1)
-    seen = count > 0
-    return np.where(seen, mean, np.inf), np.where(seen, np.sqrt(np.maximum(square - mean**2, 0)), np.inf)
-
-
 def _spans(sidecar: Mapping[str, Any], place: Mapping[str, int], tracks, num_columns: int, first_column: int):
     """A span for each trajectory of the sidecar that has a label, and for each packed one that has none."""
     rows = sidecar["trajectories"]
     for row in rows:
         if row["label"] is not None:
             first, last = row["frames"]
-            yield Span(place[row["label"]], first, last, row["confidence"], row["reason"])
+            yield _span(place[row["label"]], first, last, row, sidecar)
     owner = _owners(rows, tracks.num_frames, num_columns)
     if owner is None:
         return
     for start, stop, slot in zip(tracks.start.tolist(), tracks.stop.tolist(), tracks.slot.tolist(), strict=True):
         row = owner[start, tracks.column[start, slot]]
         if row != NO_MATCH:
-            yield Span(first_column + slot, start, stop - 1, rows[row]["confidence"], rows[row]["reason"])
+            yield _span(first_column + slot, start, stop - 1, rows[row], sidecar)
+
+
+def _span(column: int, first: int, last: int, row: Mapping[str, Any], sidecar: Mapping[str, Any]) -> Span:
+    doubt = doubt_of(row, sidecar)
+    return Span(column, first, last, row["confidence"], doubt.words if doubt else row["reason"], doubt is not None)
 
 
 def _owners(rows: Sequence[Mapping[str, Any]], frames: int, columns: int) -> Int[np.ndarray, "frames columns"] | None:

@@ -14,9 +14,15 @@ from dshpm_jax.io._atomic import write_whole
 GENERATOR = '<meta name="generator" content="dshpm-jax'
 HEAD_BYTES = 1000  # of a file, in which the generator stands if the page is ours
 
+SCRIPTS = {
+    "run": ("words", "table", "trials", "others"),
+    "player": ("recording", "camera", "gaps", "names", "figure", "timeline", "doubts", "time", "hands", "begin"),
+}
+"""The scripts of each kind of page, in its folder, in the order in which they run."""
+
 
 def make_page(kind: str, title: str, data: Mapping[str, Any], *more: str) -> str:
-    """The page `kind` (`kind.html`, `kind.js` in this folder) over `data`, which its scripts find as `DATA`.
+    """The page `kind` (a folder of parts beside this file) over `data`, which its scripts find as `DATA`.
 
     Scripts named in `more` run after its own. Names go into the page as JSON and from there as text, never as HTML, so
     they may hold anything.
@@ -24,10 +30,10 @@ def make_page(kind: str, title: str, data: Mapping[str, Any], *more: str) -> str
     filled = {
         "GENERATOR": f'{GENERATOR} {version("dshpm-jax")}">',
         "TITLE": html.escape(title),
-        "STYLE": _part("page.css"),
-        "BODY": _part(f"{kind}.html"),
+        "STYLE": _part("page.css") + _part(f"{kind}/style.css"),
+        "BODY": _part(f"{kind}/body.html"),
         "DATA": _script_safe(data),
-        "SCRIPT": "\n".join(_part(f"{name}.js") for name in (kind, *more)),
+        "SCRIPT": "\n".join(_part(f"{kind}/{name}.js") for name in (*SCRIPTS[kind], *more)),
     }
     pieces = _part("page.html").split("%%")  # text, name, text, name, ..., so that nothing filled in is filled again
     return "".join(filled[piece] if k % 2 else piece for k, piece in enumerate(pieces))

@@ -9,6 +9,7 @@ from jaxtyping import Float
 from dshpm_jax._geometry import evenly_spaced, is_seen
 from dshpm_jax.report._film import Film
 from dshpm_jax.report._looks import COLOURS, upward
+from dshpm_jax.report._sides import sides
 
 STEPS = 32767
 MISSING = -32768
@@ -42,13 +43,18 @@ def player_data(film: Film, name: str) -> dict[str, Any]:
         "height": float(np.median(camera[:, 2])),
         "radius": float(max(np.quantile(distance, 0.95), 50.0)),
         "yaw": _yaw(figure, camera),
+        "sides": sides(film.names),
         "parts": [
             {"name": part.name, "columns": part.columns, "colour": COLOURS[k % len(COLOURS)]}
             for k, part in enumerate(film.parts)
         ],
         "links": film.links,
         "reasons": reasons,
-        "spans": [[s.column, s.first, s.last, round(s.confidence, 3), reasons.index(s.reason)] for s in film.spans],
+        "spans": [
+            [s.column, s.first, s.last, round(s.confidence, 3), reasons.index(s.reason), int(s.doubtful)]
+            for s in film.spans
+        ],
+        "troubles": film.troubles,
     }
 
 

@@ -5,16 +5,16 @@ from pathlib import Path
 from typing import Any
 
 from dshpm_jax.report._page import make_page, write_page
+from dshpm_jax.report._page_name import PAGE_NAME
 from dshpm_jax.report._run_summary import summarise
-
-PAGE_NAME = "report.html"
 
 
 def write_run_page(out: Path, rows: Sequence[Mapping[str, Any]]) -> None:
     """Writes `out/report.html`, one self-contained page about the results in the folder `out`.
 
-    Files by completeness and confidence, labels that are least sure, and gaps by label; it links to each result, and to
-    the page that `dshpm-jax view` made beside it, if there is one.
+    A row for each trial, those that need somebody first, with its doubts; then subjects and markers. Names lead to
+    the pages of trials. It has at most 5 MB: of a very large archive it shows the trials that come first, and says how
+    many there are.
 
     Arguments:
         out: the folder of the results; sidecars are read from there.
