@@ -99,6 +99,16 @@ class PreparedModel:
         return [symmetries(target, self.tuning) for target in self.targets]
 
     @cached_property
+    def clusters(self) -> list[Int[np.ndarray, " cluster"]]:
+        """Small sets of markers near each other, ascending: each with those nearest to it, and each small segment."""
+        apart = np.where(np.isfinite(self.model.pair_mean), self.model.pair_mean, np.inf)
+        near = np.argsort(apart, axis=1, kind="stable")[:, : self.tuning.cluster_size]
+        sets = [row[np.isfinite(apart[m, row])] for m, row in enumerate(near)]
+        sets += [t.markers for t in self.targets if len(t.markers) <= self.tuning.max_symmetric_markers]
+        distinct = {tuple(sorted(one.tolist())) for one in sets if len(one) > 1}
+        return [np.array(one) for one in sorted(distinct)]
+
+    @cached_property
     def side_permutations(self) -> list[Int[np.ndarray, " markers"]]:
         """What each marker becomes when chains of segments that are counterparts are exchanged, a row a way."""
         return side_permutations(self.model.segments, self.targets, self.pairs[0], self.tuning)

@@ -366,6 +366,58 @@ class Tuning:
         group="moves",
     )
 
+    # Labels of near markers permuted
+
+    cluster_size: int = number(
+        5,
+        unit="markers",
+        used="prepared_model: a marker and those nearest to it are permuted together, 120 ways at five",
+        evidence="by hand: cost",
+        group="permutations",
+    )
+    permutations_tried: int = number(
+        6,
+        unit="permutations",
+        used="permutations: of each cluster, the best by mean distances",
+        evidence="by hand: cost",
+        group="permutations",
+    )
+    max_permutations: int = number(
+        40,
+        unit="permutations",
+        used="permutations: of all clusters, tried at once",
+        evidence="by hand: cost",
+        group="permutations",
+    )
+    max_permutation_loss: float = number(
+        12.0,
+        unit="nats",
+        used="permutations: if mean distances say less against a permutation, it is tried",
+        evidence="by hand",
+        group="permutations",
+    )
+    mean_noise_mm: float = number(
+        4.0,
+        unit="mm",
+        used="permutations: least deviation of a mean distance from the model's",
+        evidence="by hand",
+        group="permutations",
+    )
+    mean_share: float = number(
+        0.01,
+        unit="share",
+        used="permutations: share of a mean distance by which it may differ from the model's besides",
+        evidence="by hand",
+        group="permutations",
+    )
+    min_mean_llr: float = number(
+        -5.0,
+        unit="nats",
+        used="permutations: a pair says no less, so that a few soft pairs do not decide",
+        evidence="by hand",
+        group="permutations",
+    )
+
     # Side swaps
 
     max_side_rounds: int = number(

@@ -1,4 +1,7 @@
-"""Whole chains of labels exchanged with their counterparts, where they carry each other's: for good or for a while."""
+"""Whole chains of labels exchanged with their counterparts, where they carry each other's: for good or for a while.
+
+In the same breath, labels of near markers are permuted for good (`permutations`).
+"""
 
 from collections.abc import Iterator
 
@@ -6,6 +9,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from dshpm_jax._control.full.moves import Move
+from dshpm_jax._control.full.neighbourhoods.permutations import propose_permutations
 from dshpm_jax._control.full.objective import Incumbent, Solution
 from dshpm_jax._control.full.refine import make_moves
 from dshpm_jax._control.full.rematch import shortfall
@@ -15,9 +19,10 @@ from dshpm_jax._types import NO_MATCH
 
 
 def swap_sides(problem: LabellingProblem, incumbent: Incumbent) -> Control[None]:
-    """Exchanges chains for as long as that pays."""
+    """Exchanges chains, and permutes near labels, for as long as that pays."""
     for _ in range(problem.tuning.max_side_rounds):
         moves = [*_for_good(problem, incumbent.solution), *_for_a_while(problem, incumbent.solution)]
+        moves += propose_permutations(problem, incumbent.solution)
         following = yield from make_moves(problem, incumbent.solution, moves)
         if not incumbent.offer(following):
             return

@@ -1,0 +1,64 @@
+"""Labels of a cluster that are shifted are put right; what is right is left."""
+
+import numpy as np
+import pytest
+from takes import model
+
+from dshpm_jax._control.full.evidence import evidence_in, sample_frames
+from dshpm_jax._control.full.mean_distances import mean_distances
+from dshpm_jax._control.full.neighbourhoods.permutations import propose_permutations
+from dshpm_jax._control.full.neighbourhoods.side_swaps import swap_sides
+from dshpm_jax._control.full.objective import Incumbent, Solution
+from dshpm_jax._types import NO_MATCH
+
+
+def judged(problem, labels):
+    return Solution.of(problem, labels, (yield from evidence_in(problem, labels, sample_frames(problem))))
+
+
+def shifted(truth, *names):
+    """The labels of some markers passed on round a ring; the last goes without."""
+    ring = [model().markers.index(name) for name in names]
+    wrong = np.where(truth == ring[-1], NO_MATCH, truth)
+    for one, following in zip(ring, ring[1:]):
+        wrong = np.where(truth == one, following, wrong)
+    return wrong
+
+
+def test_mean_distances_by_a_slow_loop(problem, truth, run):
+    solution = run(judged(problem, truth))
+    found, t, frames = mean_distances(problem, solution.evidence), problem.trajectories, solution.evidence.frames
+    for a, b in ((0, 1), (3, 9), (20, 33)):
+        apart = []
+        for frame in frames:
+            here, points = t.at(int(frame))
+            place = {int(truth[j]): point for j, point in zip(here, points) if truth[j] != NO_MATCH}
+            if a in place and b in place:
+                apart.append(np.linalg.norm(place[a] - place[b]))
+        assert found.share[a, b] == len(apart) / len(frames)
+        np.testing.assert_allclose([found.mean[a, b], found.sd[a, b]], [np.mean(apart), np.std(apart)], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "names", [("LFHD", "RFHD", "LBHD", "RBHD"), ("LWRA", "LWRB", "LFIN"), ("RTOE", "RHEE", "RANK")]
+)
+def test_labels_shifted_by_one_are_proposed_back_and_put_right(problem, truth, run, names):
+    wrong = shifted(truth, *names)
+    moved = (wrong != truth) & (wrong != NO_MATCH)
+    solution = run(judged(problem, wrong))
+    back = [m for m in propose_permutations(problem, solution) if set(m.trajectories) >= set(np.flatnonzero(moved))]
+    assert any((dict(zip(m.trajectories, m.labels))[j] == truth[j] for j in np.flatnonzero(moved)) for m in back)
+    incumbent = Incumbent(solution)
+    run(swap_sides(problem, incumbent))
+    assert (incumbent.solution.identity[moved] == truth[moved]).all()
+
+
+def test_right_labels_stay(problem, truth, run):
+    solution = run(judged(problem, truth))
+    assert all(move.promise < 0 for move in propose_permutations(problem, solution))
+
+
+def test_clusters_are_near_markers_each_once(problem):
+    clusters = [tuple(cluster) for cluster in problem.prepared.clusters]
+    assert len(set(clusters)) == len(clusters) and {m for cluster in clusters for m in cluster} == set(range(34))
+    assert all(2 <= len(cluster) <= 6 and list(cluster) == sorted(cluster) for cluster in clusters)
