@@ -1,6 +1,6 @@
 """Totals over a run: of each label, of each subject's folder, of all trials."""
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -59,7 +59,7 @@ class TrialTotals:
 
     trials: int = 0
     outcomes: Counter[str] = field(default_factory=Counter)
-    sums: Counter[str] = field(default_factory=Counter)  # of what rows of the manifest count
+    sums: dict[str, float] = field(default_factory=lambda: defaultdict(float))  # of what rows of the manifest count
     doubts: int = 0
     stake: float = 0.0  # seconds
     completeness: list[int] = field(default_factory=lambda: [0] * BINS)  # trials by completeness
