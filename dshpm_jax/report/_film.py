@@ -5,31 +5,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from dshpm_jax._hierarchy import depth_first
 from dshpm_jax._model import Segment
 from dshpm_jax._recording import Recording
 from dshpm_jax._trajectories import from_columns
-from dshpm_jax._types import NO_MATCH
 from dshpm_jax.io import ReadError
-from dshpm_jax.report._doubts import doubt_of, troubles_of
+from dshpm_jax.report._doubts import troubles_of
 from dshpm_jax.report._links import Part, links_of
-
-
-@dataclass(frozen=True)
-class Span:
-    """A trajectory: the column and frames (both ends belong to it) in which it is, and what was decided about it.
-
-    `reason` is in plain words, and says why its label is in doubt if that is so.
-    """
-
-    column: int
-    first: int
-    last: int
-    confidence: float
-    reason: str
-    doubtful: bool = False
+from dshpm_jax.report._spans import Span, spans_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +29,7 @@ class Film:
         parts: the segments, neighbours in the hierarchy one after the other; none if they are not known.
         links: pairs of columns to draw a stick between, and the part it belongs to (-1: none).
         spans: what was decided about each trajectory, as far as that is known.
+        doubts: those of labels in doubt, one a trajectory, in the order of frames.
         troubles: what is doubtful about all labels, a sentence each.
     """
 
@@ -53,7 +39,8 @@ class Film:
     parts: tuple[Part, ...]
     links: tuple[tuple[int, int, int], ...]
     spans: tuple[Span, ...]
-    troubles: tuple[str, ...] = ()
+    doubts: tuple[Span, ...]
+    troubles: tuple[str, ...]
 
 
 def make_film(
@@ -91,7 +78,7 @@ def make_film(
         recording.rate,
         found,
         tuple(links_of(points[:, : len(named)], found, names)),
-        tuple(_spans(sidecar, place, tracks, rest.shape[1], len(named))) if sidecar is not None else (),
+        *(spans_of(sidecar, place, tracks, (len(named), rest.shape[1])) if sidecar is not None else ((), ())),
         tuple(troubles_of(sidecar)) if sidecar is not None else (),
     )
 
@@ -114,44 +101,3 @@ def _places_of(sidecar: Mapping[str, Any], recording: Recording, place: Mapping[
         remedy = "move the sidecar away, or label the recording again"
         raise ReadError(path, "the sidecar beside it is about another recording", remedy)
     return {marker: column for marker, column in bare.items() if column is not None}
-
-
-def _spans(sidecar: Mapping[str, Any], place: Mapping[str, int], tracks, num_columns: int, first_column: int):
-    """A span for each trajectory of the sidecar that has a label, and for each packed one that has none."""
-    rows = sidecar["trajectories"]
-    for row in rows:
-        if row["label"] is not None:
-            first, last = row["frames"]
-            yield _span(place[row["label"]], first, last, row, sidecar)
-    owner = _owners(rows, tracks.num_frames, num_columns)
-    if owner is None:
-        return
-    for start, stop, slot in zip(tracks.start.tolist(), tracks.stop.tolist(), tracks.slot.tolist(), strict=True):
-        row = owner[start, tracks.column[start, slot]]
-        if row != NO_MATCH:
-            yield _span(first_column + slot, start, stop - 1, rows[row], sidecar)
-
-
-def _span(column: int, first: int, last: int, row: Mapping[str, Any], sidecar: Mapping[str, Any]) -> Span:
-    doubt = doubt_of(row, sidecar)
-    return Span(column, first, last, row["confidence"], doubt.words if doubt else row["reason"], doubt is not None)
-
-
-def _owners(rows: Sequence[Mapping[str, Any]], frames: int, columns: int) -> Int[np.ndarray, "frames columns"] | None:
-    """The row that each unlabelled point belongs to.
-
-    A labelled file has an unlabelled column for each source column that has such points, in the order of the source.
-    """
-    runs = [
-        (row, *run)
-        for row, entry in enumerate(rows)
-        if entry["label"] is None
-        for run in (entry.get("columns") or [[entry["column"], *entry["frames"]]])
-    ]
-    order = {column: k for k, column in enumerate(sorted({column for _, column, _, _ in runs}))}
-    if len(order) != columns:
-        return None
-    owner = np.full((frames, columns), NO_MATCH)
-    for row, column, first, last in runs:
-        owner[first : last + 1, order[column]] = row
-    return owner

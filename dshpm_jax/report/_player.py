@@ -1,13 +1,14 @@
 """A film as the data of its page: coordinates as 16-bit steps, turned so that the third axis points up."""
 
 import base64
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
 from dshpm_jax._geometry import evenly_spaced, is_seen
-from dshpm_jax.report._film import Film
+from dshpm_jax.report._film import Film, Span
 from dshpm_jax.report._looks import COLOURS, upward
 from dshpm_jax.report._sides import sides
 
@@ -23,13 +24,13 @@ def player_data(film: Film, name: str) -> dict[str, Any]:
     """What the page's script works on. The last column of its points is the path of the camera's target."""
     named = film.points[:, : len(film.names)]
     figure = named if is_seen(named).any() else film.points
-    turn = _up_last(figure)
+    turn = _up_last(figure, [name.rpartition(":")[0] for name in film.names])
     points, figure = film.points[:, :, turn], figure[:, :, turn]
     camera = _camera(figure, film.rate)
     near = is_seen(figure)
     distance = np.linalg.norm(figure - camera[:, None], axis=-1)[near]
     encoded, step, centre = _packed(np.concatenate([points, camera[:, None]], axis=1))
-    reasons = list(dict.fromkeys(span.reason for span in film.spans))
+    reasons = list(dict.fromkeys(span.reason for span in (*film.spans, *film.doubts)))
     return {
         "name": name,
         "rate": film.rate,
@@ -50,17 +51,25 @@ def player_data(film: Film, name: str) -> dict[str, Any]:
         ],
         "links": film.links,
         "reasons": reasons,
-        "spans": [
-            [s.column, s.first, s.last, round(s.confidence, 3), reasons.index(s.reason), int(s.doubtful)]
-            for s in film.spans
-        ],
+        "spans": [_listed(span, reasons) for span in film.spans],
+        "doubts": [_listed(span, reasons) for span in film.doubts],
         "troubles": film.troubles,
     }
 
 
-def _up_last(figure: Float[np.ndarray, "frames markers 3"]) -> list[int]:
-    """The order of the axes in which the one that points up comes last, none mirrored."""
-    clouds = [frame[is_seen(frame)] for frame in figure[evenly_spaced(len(figure), SAMPLED_FRAMES)]]
+def _listed(span: Span, reasons: list[str]) -> list[Any]:
+    place = [span.column, span.first, span.last]
+    return [*place, round(span.confidence, 3), reasons.index(span.reason), int(span.doubtful)]
+
+
+def _up_last(figure: Float[np.ndarray, "frames markers 3"], subjects: Sequence[str]) -> list[int]:
+    """The order of the axes in which the one that points up comes last, none mirrored.
+
+    Each subject is judged by itself, as two people may stand far apart; without names all points are one.
+    """
+    some = figure[evenly_spaced(len(figure), SAMPLED_FRAMES)]
+    each = np.array(subjects if len(subjects) == figure.shape[1] else [""] * figure.shape[1])
+    clouds = [frame[is_seen(frame)] for name in sorted(set(each)) for frame in some[:, each == name]]
     up = int(np.argmax(upward([cloud for cloud in clouds if len(cloud)])))
     return [(up + 1) % 3, (up + 2) % 3, up]
 

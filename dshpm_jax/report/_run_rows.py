@@ -10,8 +10,7 @@ from dshpm_jax.report._doubts import CAUSES, Doubt
 from dshpm_jax.report._page import is_page
 from dshpm_jax.report._page_name import page_of_result
 
-WORST_FIRST = ("failed", "kept", "doubtful", "partly labelled")
-FINE = ("labelled", "up to date", "passed over")
+WORST_FIRST = ("failed", "kept", "doubtful", "partly labelled", "labelled", "passed over")  # see `run/words.js`
 
 MAX_DOUBTS = 40  # of a trial that are listed, the longest; the page says how many there are
 MAX_TEXT = 400  # characters of a message
@@ -21,7 +20,7 @@ USUAL_PAGE = 1  # beside the result and named like it
 def severity(row: Mapping[str, Any]) -> int:
     """Where a trial comes by its outcome; one that nobody knows comes first."""
     outcome = row.get("outcome")
-    return len(WORST_FIRST) if outcome in FINE else WORST_FIRST.index(outcome) if outcome in WORST_FIRST else 0
+    return WORST_FIRST.index(outcome) if outcome in WORST_FIRST else -1
 
 
 def trial_row(name: str, row: Mapping[str, Any], doubt: tuple[float, int, float | None], out: Path) -> list[Any]:

@@ -23,7 +23,7 @@ function fillLegend() {
 // The address may say where to begin: #frame=100, #labels, #play, #marker=LKNE, #doubt, #view=top.
 function obey() {
   const wanted = new URLSearchParams(location.hash.slice(1)), frame = +wanted.get("frame") || 0;
-  if (wanted.has("labels")) element("labels").checked = true;
+  if (wanted.has("labels")) element("named").checked = true;
   if (wanted.has("marker")) view.chosen = names.indexOf(wanted.get("marker"));
   const marked = span => span.first === frame && (!wanted.has("marker") || span.column === view.chosen);
   const k = wanted.has("doubt") ? doubts.findIndex(marked) : -1;

@@ -2,7 +2,8 @@
 
 const ASIDE = 0.44, LIFT = 0.21;  // of the first view, from the front and from the ground (radians)
 const AWAY = 6 * DATA.radius;
-const MARGIN = 30, SAMPLES = 40, STRAYS = 0.003;  // pixels; frames; share of points that may lie out of view
+const ASIDE_ROOM = 28, TOP_ROOM = 56, BOTTOM_ROOM = 18, SAMPLES = 40, STRAYS = 0.003;  // pixels that stay empty; frames; share of points that may lie out of view
+const STRIDE_SECONDS = 1.1, STRIDE_STEPS = 6;
 const fitted = {scale: 1, centre: [0, 0]};  // pixels for a mm, and what is in the middle
 
 const figureColumns = Array.from({length: names.length || CAMERA}, (_, c) => c);
@@ -24,7 +25,7 @@ function looking(frame) {
 // Turns a place into pixels, right and down, and how far away it is.
 function camera() {
   const {width, height} = canvas.getBoundingClientRect(), look = looking(view.frame), scale = fitted.scale * view.zoom;
-  const [x0, y0] = [width / 2 + view.shift[0], height / 2 + view.shift[1]];
+  const [x0, y0] = [width / 2 + view.shift[0], (height + TOP_ROOM - BOTTOM_ROOM) / 2 + view.shift[1]];
   return at => {
     const [right, top, depth] = look(at);
     return [x0 + (right - fitted.centre[0]) * scale, y0 - (top - fitted.centre[1]) * scale, depth];
@@ -49,18 +50,21 @@ function fit() {
     const aside = Math.floor(STRAYS * list.length);
     return [list[aside], list[list.length - 1 - aside]];
   });
-  const {width, height} = canvas.getBoundingClientRect(), room = [width, height].map(x => Math.max(x - 2 * MARGIN, 20));
+  const {width, height} = canvas.getBoundingClientRect(), room = [width - 2 * ASIDE_ROOM, height - TOP_ROOM - BOTTOM_ROOM];
   fitted.centre = ends.map(([low, high]) => (low + high) / 2);
-  fitted.scale = Math.min(...ends.map(([low, high], k) => room[k] / Math.max(high - low, 50)));
+  fitted.scale = Math.min(...ends.map(([low, high], k) => Math.max(room[k], 20) / Math.max(high - low, 50)));
 }
 
-// The turn that shows a body from the front in a frame: by its left and right markers, else its broad side.
+// The turn that shows a body from the front: by its left and right markers, else its broad side.
 function front(frame) {
   let [x, y] = [0, 0];
-  for (const [left, right] of DATA.sides) {
-    if (!seen(frame, left) || !seen(frame, right)) continue;
-    const [from, to] = [place(frame, left), place(frame, right)];
-    [x, y] = [x + to[0] - from[0], y + to[1] - from[1]];
+  for (let k = -STRIDE_STEPS; k <= STRIDE_STEPS; k++) {  // about a stride, over which arms and legs swing to and fro
+    const t = Math.max(0, Math.min(frames - 1, Math.round(frame + k * STRIDE_SECONDS / 2 / STRIDE_STEPS * rate)));
+    for (const [left, right] of DATA.sides) {
+      if (!seen(t, left) || !seen(t, right)) continue;
+      const [from, to] = [place(t, left), place(t, right)];
+      [x, y] = [x + to[0] - from[0], y + to[1] - from[1]];
+    }
   }
   return x || y ? Math.atan2(y, -x) : DATA.yaw - ASIDE;
 }

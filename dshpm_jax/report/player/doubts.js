@@ -27,6 +27,6 @@ function tellDoubt() {
   const span = doubts[view.doubt], known = span && span.column < names.length;
   const seconds = span && ((span.last - span.first + 1) / rate).toFixed(2);
   element("doubt").textContent = !span ? `${doubts.length} ${doubts.length === 1 ? "label" : "labels"} in doubt`
-    : `${view.doubt + 1} of ${doubts.length}: ${known ? `${names[span.column]}, ` : ""}${span.reason}`
-      + `${known ? `, ${Math.floor(100 * span.confidence)} % sure` : ""}; frames ${span.first}\u2013${span.last}, ${seconds} s`;
+    : `${view.doubt + 1} of ${doubts.length}: ${known ? `${names[span.column]}, ${Math.floor(100 * span.confidence)} % sure: ` : ""}`
+      + `${span.reason}; frames ${span.first}\u2013${span.last}, ${seconds} s`;
 }

@@ -40,6 +40,16 @@ function path(corners) {
   for (const [x, y] of corners) pen.lineTo(x, y);
 }
 
+// Where nobody knows the place of a marker, its neighbours in part `p` are linked across it: pairs of places.
+function* acrossGaps(p, at, bridge) {
+  for (const column of parts[p]?.columns ?? []) {
+    if (at[column] || bridge[column]) continue;
+    const near = links.filter(([from, to]) => from === column || to === column)
+      .map(([from, to]) => from === column ? to : from).map(other => at[other] ?? bridge[other]).filter(Boolean);
+    if (partOf[column] === p) for (const other of near.slice(1)) yield [near[0], other];
+  }
+}
+
 // The skin of each part, the farthest first, and its sticks; `bridge` has places of markers that are not seen.
 function drawParts(at, bridge) {
   const groups = [...parts.map((part, p) => ({part, p})), {part: {columns: [], colour: theme.accent}, p: -1}];
@@ -61,6 +71,11 @@ function drawParts(at, bridge) {
       const ends = [from, to].map(column => at[column] ?? bridge[column]);
       if (of !== p || !ends[0] || !ends[1]) continue;
       pen.setLineDash(at[from] && at[to] ? [] : [3, 5]);
+      path(ends);
+      pen.stroke();
+    }
+    pen.setLineDash([3, 5]);
+    for (const ends of acrossGaps(p, at, bridge)) {
       path(ends);
       pen.stroke();
     }
@@ -119,7 +134,7 @@ function draw() {
   for (const [column, q] of bridge.entries()) if (q) drawGap(q, column);
   for (const {column} of dots) if (column < names.length) drawDot(at[column], column);
   const named = dots.filter(({column}) => column < names.length).map(({column}) => column);
-  drawNames(at, element("labels").checked ? named : named.filter(column => column === view.chosen));
+  drawNames(at, element("named").checked ? named : named.filter(column => column === view.chosen));
 }
 
 function describe(column, frame) {

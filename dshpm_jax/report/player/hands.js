@@ -73,8 +73,8 @@ timeline.onpointerdown = event => {
 
 slider.max = frames - 1;
 slider.oninput = () => show(+slider.value);
-element("play").onclick = () => play(!view.playing);
-for (const id of ["labels", "others"]) element(id).onchange = refresh;
+element("pause").onclick = () => play(!view.playing);
+for (const id of ["named", "others"]) element(id).onchange = refresh;
 element("follow").onchange = () => { fit(); refresh(); };
 for (const where of ["front", "side", "top"]) element(where).onclick = () => lookFrom(where);
 element("earlier").onclick = () => goToDoubt(-1);
@@ -87,7 +87,7 @@ addEventListener("keydown", event => {
     " ": () => play(!view.playing), arrowleft: () => show(view.frame - far), arrowright: () => show(view.frame + far),
     home: () => show(0), end: () => show(frames - 1), n: () => goToDoubt(1), p: () => goToDoubt(-1),
     f: () => lookFrom("front"), s: () => lookFrom("side"), t: () => lookFrom("top"), r: () => lookFrom("start"),
-    l: () => element("labels").click(), u: () => element("others").click(),
+    l: () => element("named").click(), u: () => element("others").click(),
   };
   const key = event.key.toLowerCase();
   if (!keys[key] || event.ctrlKey || event.metaKey || event.altKey) return;

@@ -24,6 +24,8 @@ function drawNames(at, columns) {
   const order = [...columns].sort((a, b) => wanted(b) - wanted(a) || at[a][2] - at[b][2]);
   const taken = dots.filter(dot => dot.column < names.length)
     .map(({x, y, column}) => ({left: x - 4, right: x + 4, top: y - 4, bottom: y + 4, column}));
+  const {offsetLeft, offsetTop, offsetWidth, offsetHeight} = element("views");
+  taken.push({left: offsetLeft, right: offsetLeft + offsetWidth, top: offsetTop, bottom: offsetTop + offsetHeight});
   for (const column of order) {
     const width = widthOf(names[column]), first = lastPlace[column] ?? 0;
     for (let k = 0; k < PLACES.length; k++) {

@@ -38,9 +38,9 @@ for (const [column, number] of DATA.numbers.entries()) {
   for (const input of [name, segments]) input.onfocus = () => { view.chosen = column; refresh(); };
 }
 
-for (const node of [element("legend"), element("keys"), element("doubting"), scroll, slider, element("play"), element("speed"), element("time")]) node.hidden = true;
+for (const node of [element("legend"), element("keys"), element("doubting"), scroll, slider, element("pause"), element("speed"), element("time")]) node.hidden = true;
 element("others").parentElement.hidden = element("follow").parentElement.hidden = true;
-element("labels").checked = true;
+element("named").checked = true;
 table.id = "naming";
 answer.id = "answer";
 answer.readOnly = true;

@@ -17,12 +17,10 @@ const points = decode(DATA.points);
 // The part of each marker (the first that has it), and its trajectories in the order of frames.
 const partOf = names.map((_, c) => parts.findIndex(part => part.columns.includes(c)));
 const spans = Array.from({length: columns}, () => []);
-const doubts = [];  // trajectories whose label is in doubt, in the order of frames
-for (const [column, first, last, confidence, reason, doubtful] of DATA.spans) {
-  const span = {column, first, last, confidence, reason: DATA.reasons[reason], doubtful: Boolean(doubtful)};
-  spans[column].push(span);
-  if (doubtful) doubts.push(span);
-}
+const spanOf = ([column, first, last, confidence, reason, doubtful]) => (
+  {column, first, last, confidence, reason: DATA.reasons[reason], doubtful: Boolean(doubtful)});
+const doubts = DATA.doubts.map(spanOf);  // trajectories whose label is in doubt, in the order of frames
+for (const span of DATA.spans.map(spanOf)) spans[span.column].push(span);
 for (const list of [...spans, doubts]) list.sort((a, b) => a.first - b.first || a.column - b.column);
 
 const view = {

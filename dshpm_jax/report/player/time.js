@@ -27,6 +27,6 @@ function advance(now) {
 
 function play(on) {
   [view.playing, last, owed] = [on, performance.now(), 0];
-  element("play").textContent = on ? "Pause" : "Play";
+  element("pause").textContent = on ? "Pause" : "Play";
   refresh();
 }

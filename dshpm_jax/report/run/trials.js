@@ -8,7 +8,7 @@ document.querySelector("h1").textContent = DATA.name;
 // The trial's page, if there is one.
 function pageOf(trial) {
   const {page} = trial.more;
-  return page === 1 ? trial.name.replace(/\.[^./]*$/, "").split("/").map(encodeURIComponent).join("/") + ".html" : page;
+  return page === 1 ? trial.name.replace(/\.[^./]*$/, ".html") : page;
 }
 
 function linked(parent, page, className) {
@@ -61,7 +61,7 @@ function listDoubts(trial) {
       make("span", line, seconds(length), "number");
       make("span", line, `frames ${first}\u2013${last}`, "frames");
       const may = couldBe.length ? `may be ${couldBe.join(" or ")}: ` : "";
-      make("span", line, `${may}${DATA.causes[cause]} (${Math.floor(100 * chance)} %)`, "why");
+      make("span", line, `${may}${DATA.causes[cause]}; ${Math.floor(100 * chance)} % sure`, "why");
     }
     if (list.length < trial.doubts) make("p", cell, `and ${count(trial.doubts - list.length)} shorter ones`, "soft");
     if (!page) make("p", cell, "Its page is not made yet: dshpm-jax view makes it", "soft");
@@ -97,7 +97,7 @@ function tile(value, name, tag = "div", className = "") {
   make("span", node, name);
   return node;
 }
-const outcomes = Object.keys(all.outcomes).sort((a, b) => severity(a) - severity(b) || a.localeCompare(b));
+const outcomes = Object.keys(all.outcomes).sort((a, b) => severity(a) - severity(b));
 for (const outcome of outcomes) {
   const node = tile(count(all.outcomes[outcome]), outcome, "button", tone(outcome));
   node.title = "Show these trials only";

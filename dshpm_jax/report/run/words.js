@@ -1,8 +1,10 @@
 // Numbers and names as people read them, and elements made of text, never of HTML.
 
-const GOOD = ["labelled", "up to date", "passed over"], PART = ["partly labelled", "doubtful", "kept"];
-const tone = outcome => GOOD.includes(outcome) ? "good" : PART.includes(outcome) ? "warn" : "bad";
-const severity = outcome => ["bad", "warn", "good"].indexOf(tone(outcome));
+const TONES = {  // of outcomes, the worst first
+  failed: "bad", kept: "warn", doubtful: "warn", "partly labelled": "warn", labelled: "good", "passed over": "good",
+};
+const tone = outcome => TONES[outcome] ?? "bad";
+const severity = outcome => Object.keys(TONES).indexOf(outcome);  // one that nobody knows comes first
 
 const percent = x => x == null ? "" : x === 1 ? "100 %" : (Math.floor(1000 * x) / 10).toFixed(1) + " %";
 const count = x => x == null ? "" : x.toLocaleString("en");
