@@ -98,7 +98,7 @@ def _check_rows(rows: Sequence[dict], lines: Sequence[str], captures: Path, out:
         if row["outcome"] != "labelled":
             _check(not UNFORESEEN.search(row["message"]) and len(row["message"]) < 1200, row["message"])
         if row["outcome"] not in ("failed", "passed over"):
-            wanted |= {row["output"], str(Path(row["output"]).with_suffix(".labels.json"))}
+            wanted |= {row["output"], *(str(Path(row["output"]).with_suffix(s)) for s in (".labels.json", ".html"))}
     there = {path.relative_to(out).as_posix() for path in out.rglob("*") if path.is_file()}
     _check(there == wanted, f"other results than wanted: {sorted(there ^ wanted)[:5]}")
     messages = {row["message"] for row in rows if row["outcome"] != "labelled"}

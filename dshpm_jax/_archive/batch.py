@@ -3,10 +3,9 @@
 import dataclasses
 import logging
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from dshpm_jax import io
 from dshpm_jax._archive.compiling import notice_of_compiling
@@ -19,8 +18,6 @@ from dshpm_jax._labelling import Labelling
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._recording import Recording
 from dshpm_jax._settings import Settings
-from dshpm_jax.report._page_name import page_of_result
-from dshpm_jax.report._view import write_trial_page
 
 Notice = Callable[[str], object]
 """Takes a line about what is going on."""
@@ -128,20 +125,11 @@ def _keep(item: _Loaded, labelling: Labelling, out: Path, settings: Settings) ->
     """Writes the results of one recording."""
     try:
         figures = figures_of(labelling)
-        record = {"settings": dataclasses.asdict(settings), "figures": figures}
-        write_result(labelling, item.job, out, item.hashes, record)
+        write_result(
+            labelling, item.job, out, item.hashes, {"settings": dataclasses.asdict(settings), "figures": figures}
+        )
     except ResultKept as kept:
         return Outcome(item.job, KEPT, str(kept), item.hashes)
     except Exception as error:
         return failed(item.job, error, item.hashes)
-    if item.job.page:
-        _make_page(labelling, record, page_of_result(out, out / item.job.target))
     return judged(item.job, settings, item.hashes, figures | {"stats": labelling.stats})
-
-
-def _make_page(labelling: Labelling, record: Mapping[str, Any], page: Path) -> None:
-    """Makes the page of a result, which is whole without: what stands in the page's place stays."""
-    try:
-        write_trial_page(labelling, record, page)
-    except Exception:
-        _log.warning("%s: no page could be made", page, exc_info=True)

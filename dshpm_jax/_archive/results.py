@@ -1,5 +1,6 @@
-"""A result appears whole, sidecar and all, or not at all, and never in the place of a file that has to stay."""
+"""A result appears whole, with sidecar and page, or not at all, and never in the place of a file that has to stay."""
 
+import logging
 import os
 import re
 import tempfile
@@ -13,6 +14,10 @@ from dshpm_jax._archive.hashes import INPUT, hash_file
 from dshpm_jax._archive.jobs import Job
 from dshpm_jax._archive.result_status import kept_because
 from dshpm_jax._labelling import Labelling
+from dshpm_jax.report._page_name import page_of_result
+from dshpm_jax.report._view import write_trial_page
+
+_log = logging.getLogger(__name__)
 
 _UNFINISHED = re.compile(r"\.(?P<target>.+)\.[a-z0-9_]{8}\.part")  # as tempfile names them
 
@@ -40,10 +45,20 @@ def write_result(labelling: Labelling, job: Job, out: Path, hashes: Mapping[str,
             raise io.ReadError(job.source, "changed while it was labelled", "label it again when it is complete")
         if reason := kept_because(target, sidecar):
             raise ResultKept(reason)
+        if job.page:
+            _make_page(labelling, dict(record), page_of_result(out, target), target.name)
         # A run that is killed here leaves no result beside a sidecar that does not belong to it.
         target.unlink(missing_ok=True)
         os.replace(new[1], sidecar)
         os.replace(new[0], target)
+
+
+def _make_page(labelling: Labelling, record: Mapping[str, Any], page: Path, name: str) -> None:
+    """Makes the page of a result, which counts without it: what somebody put in the page's place stays."""
+    try:
+        write_trial_page(labelling, record, page, name)
+    except Exception:
+        _log.warning("%s: no page could be made", page, exc_info=True)
 
 
 def remove_unfinished(jobs: Iterable[Job], out: Path) -> None:

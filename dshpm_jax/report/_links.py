@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
@@ -13,6 +13,7 @@ from dshpm_jax.report._looks import shortest_tree
 
 SAMPLED_FRAMES = 200  # in which distances between markers are measured
 SOFT = 0.15  # markers whose distance varies by more than this share of it are not linked, unless a segment says so
+REACH = 0.35  # of a subject's size: parts that lie further apart are not linked
 
 Link = tuple[int, int, int]
 """Two columns, and the part that the stick belongs to (-1: none)."""
@@ -39,19 +40,28 @@ def links_of(points: Float[np.ndarray, "frames markers 3"], parts: Sequence[Part
     for p, part in enumerate(parts):
         own = list(part.columns)
         found += [(own[i], own[j], p) for i, j in shortest_tree(mean[np.ix_(own, own)])]
-    return [*found, *_between(found, _stiff(mean, spread), parts, names)]
+    costs = np.where(_near(mean, names), _stiff(mean, spread), np.inf)
+    return [*found, *_between(found, costs, parts)]
 
 
-def _between(links: Sequence[Link], costs: Float[np.ndarray, "n n"], parts: Sequence[Part], names: Sequence[str]):
-    """The least costly links that join what is linked so far, of the same subject; each belongs to the later part."""
+def _near(mean: Float[np.ndarray, "n n"], names: Sequence[str]) -> Bool[np.ndarray, "n n"]:
+    """Which markers are of the same subject and close to each other, for the size of the subject."""
+    subject = np.array([name.rpartition(":")[0] for name in names])
+    same = subject[:, None] == subject
+    reach = np.where(same & np.isfinite(mean), mean, 0.0).max(1, initial=0.0)  # from each marker
+    size = np.where(same, reach, 0.0).max(1, initial=0.0)  # of its subject
+    return same & (mean <= REACH * size)
+
+
+def _between(links: Sequence[Link], costs: Float[np.ndarray, "n n"], parts: Sequence[Part]) -> list[Link]:
+    """The least costly links that join what is linked so far; each belongs to the later part."""
     n = len(costs)
     ends = np.array([link[:2] for link in links], int).reshape(-1, 2)
     _, group = connected_components(coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(n, n)), False)
     part_of = {column: p for p, part in reversed(list(enumerate(parts))) for column in part.columns}
-    subject = [name.rpartition(":")[0] for name in names]
     best: dict[tuple[int, int], tuple[int, int]] = {}
     for i, j in sorted(zip(*np.nonzero(np.isfinite(costs)), strict=True), key=lambda pair: costs[pair]):
-        if i < j and group[i] != group[j] and i in part_of and j in part_of and subject[i] == subject[j]:
+        if i < j and group[i] != group[j] and i in part_of and j in part_of:
             best.setdefault((min(group[i], group[j]), max(group[i], group[j])), (int(i), int(j)))
     groups = int(group.max(initial=-1)) + 1
     between = np.full((groups, groups), np.inf)

@@ -16,7 +16,7 @@ def sides(names: Sequence[str]) -> list[list[int]]:
     Of several subjects only those of the first, as they may face different ways.
     """
     place = {name.lower(): k for k, name in enumerate(names)}
-    pairs = []
+    pairs: list[list[int]] = []
     for k, name in enumerate(names):
         found = (_other(match) for pattern in _LEFT if (match := pattern.fullmatch(name)))
         if partner := next((text for text in found if text in place), None):

@@ -62,14 +62,15 @@ def view(what: Labelling | Recording | str | Path, model: SubjectModel | None = 
     return Page(make_page("player", title, player_data(make_film(recording, sidecar, parts), title)))
 
 
-def write_trial_page(labelling: Labelling, record: Mapping[str, Any], path: Path) -> None:
+def write_trial_page(labelling: Labelling, record: Mapping[str, Any], path: Path, name: str) -> None:
     """Writes the page that `view` makes of a result, from what was written into it; raises `WriteError`.
 
     Arguments:
         record: what its sidecar holds besides `labelling`.
+        name: the title, as `view` has it that of the result's file.
     """
     film = make_film(labelling.to_recording(), sidecar(labelling) | dict(record))
-    write_page(make_page("player", path.stem, player_data(film, path.stem)), path)
+    write_page(make_page("player", name, player_data(film, name)), path)
 
 
 def view_frame(

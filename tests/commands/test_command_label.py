@@ -5,6 +5,7 @@ import sys
 from dataclasses import replace
 from types import SimpleNamespace
 
+from browser import data_of
 from commands import command
 from making import make_labelling, make_recording
 from text_files import FILES
@@ -44,6 +45,25 @@ def test_the_page_is_named_at_the_end(folder, capsys, labeller):
     page.write_text("mine")  # no page of ours, so none is written
     status, out, err = command(capsys, "label", "walk.c3d", "-o", "out", "--force")
     assert status == 1 and "report.html" in err and "in a browser" not in out
+
+
+def test_each_trial_gets_a_page_that_the_report_leads_to(folder, capsys, labeller):
+    assert command(capsys, "label", "walk.c3d", "-o", "out")[0] == 0
+    assert {path.name for path in (folder / "out").glob("*.html")} == {"walk.html", "report.html"}
+    assert data_of((folder / "out" / "report.html").read_text())["trials"][0][-1] == {"page": 1}
+    made = (folder / "out" / "walk.html").read_text()
+    assert command(capsys, "view", "out")[0] == 0
+    assert data_of((folder / "out" / "walk.html").read_text()) == data_of(made)
+    assert command(capsys, "label", "walk.c3d", "-o", "without", "--no-pages")[0] == 0
+    assert [path.name for path in (folder / "without").glob("*.html")] == ["report.html"]
+
+
+def test_a_file_in_the_place_of_a_page_stays(folder, capsys, labeller):
+    (folder / "out").mkdir()
+    (folder / "out" / "walk.html").write_text("my own")
+    assert command(capsys, "label", "walk.c3d", "-o", "out")[0] == 0
+    assert (folder / "out" / "walk.html").read_text() == "my own"
+    assert data_of((folder / "out" / "report.html").read_text())["trials"][0][-1] == {}
 
 
 def test_doubtful_labels_are_status_1(folder, capsys, monkeypatch):

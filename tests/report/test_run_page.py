@@ -1,7 +1,8 @@
-"""The page of a run says what manifest and sidecars say, whatever the names are."""
+"""The page of a run says what manifest and sidecars say, whatever the names are, and stays small."""
 
 import json
 import os
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,9 +12,12 @@ from making import make_labelling, make_recording
 from dshpm_jax import Labelling, Recording, io
 from dshpm_jax._labelling import Reason
 from dshpm_jax.report._page import GENERATOR
-from dshpm_jax.report._run_page import PAGE_NAME, write_run_page
+from dshpm_jax.report._page_name import PAGE_NAME
+from dshpm_jax.report._run_page import write_run_page
 
 EVIL = "</script><img src=x onerror=alert(1)>&'\""
+FIELDS = "name outcome stake doubts confidence completeness frames labelled trajectories seconds more".split()
+MOST_BYTES = 5_000_000
 
 
 def labelling_of(recording: Recording, markers: list[str], confidence: float) -> Labelling:
@@ -42,6 +46,10 @@ def page_of(out, rows) -> str:
     return (out / PAGE_NAME).read_text()
 
 
+def trials_of(data: dict) -> list[dict]:
+    return [dict(zip(FIELDS, trial, strict=True)) for trial in data["trials"]]
+
+
 @pytest.fixture
 def gapped() -> Recording:
     """A is seen throughout, B with gaps of 2 and 5 frames, C never, and one point is nobody's."""
@@ -55,13 +63,15 @@ def gapped() -> Recording:
 def test_what_it_counts(gapped, tmp_path):
     row = add_result(tmp_path, "ann/walk.c3d", labelling_of(gapped, ["A", "B", "C"], 0.95), seconds=0.25)
     data = data_of(page_of(tmp_path, [row]))
-    (file,) = data["files"]
-    assert file["name"] == "ann/walk.c3d" and file["link"] == "ann/walk.c3d" and file["page"] is None
-    assert file["confidence"] == 0.95 and file["seconds"] == 0.25 and file["suspects"] == 0
-    a, b, c = data["markers"]
-    assert (a["label"], a["found"], a["gaps"], a["longest"], a["confidence"]) == ("A", 1.0, 0, 0, 0.95)
-    assert (b["label"], b["found"], b["gaps"], b["longest"], b["absent"]) == ("B", 0.65, 2, 0.5, 0)
-    assert (c["label"], c["found"], c["gaps"], c["confidence"], c["absent"]) == ("C", 0.0, 0, None, 1)
+    (trial,) = trials_of(data)
+    assert trial["name"] == "ann/walk.c3d" and trial["more"] == {} and trial["doubts"] == 0
+    assert trial["confidence"] == 0.95 and trial["seconds"] == 0.25 and trial["stake"] == 0
+    markers = {marker["label"]: marker for marker in data["markers"]}
+    assert list(markers) == ["C", "B", "A"]  # the one found least first
+    a, b, c = markers["A"], markers["B"], markers["C"]
+    assert (a["found"], a["gaps"], a["longest"], a["confidence"]) == (1.0, 0, 0, 0.95)
+    assert (b["found"], b["gaps"], b["longest"], b["absent"]) == (0.65, 2, 0.5, 0)
+    assert (c["found"], c["gaps"], c["confidence"], c["absent"]) == (0.0, 0, None, 1)
 
 
 def test_labels_over_several_files(gapped, tmp_path):
@@ -74,63 +84,107 @@ def test_labels_over_several_files(gapped, tmp_path):
     assert markers["B"]["files"] == 1 and markers["C"]["absent"] == 1
 
 
-def test_labels_to_look_at(gapped, tmp_path):
+def test_doubts_in_seconds_with_their_causes(gapped, tmp_path):
     labelling = labelling_of(gapped, ["A", "B"], 0.95)
-    labelling.confidence[0] = 0.75  # A: 2 s of which a quarter is at stake
+    labelling.confidence[0] = 0.75  # A, all of its 2 s
     reasons = list(labelling.reason)
     (nobody,) = (j for j, reason in enumerate(reasons) if reason == Reason.OUTSIDE)
     reasons[nobody], labelling.confidence[nobody] = Reason.AMBIGUOUS, 0.6
-    object.__setattr__(labelling, "reason", tuple(reasons))
     could_be = np.full((len(reasons), 2), -1)
     could_be[0, 0], could_be[nobody] = 1, [1, 0]
-    object.__setattr__(labelling, "could_be", could_be)
+    labelling = replace(labelling, reason=tuple(reasons), could_be=could_be)
     data = data_of(page_of(tmp_path, [add_result(tmp_path, "walk.c3d", labelling)]))
-    assert [(s["label"], s["stake"]) for s in data["suspects"]] == [(None, 0.8), ("A", 0.5)]
-    assert data["suspects"][1]["first"] == 0 and data["suspects"][1]["last"] == 19 and data["all_suspects"] == 2
-    assert data["files"][0]["suspects"] == 2
-    assert [s["could_be"] for s in data["suspects"]] == [["B", "A"], ["B"]]
+    (trial,) = trials_of(data)
+    assert (trial["stake"], trial["doubts"]) == (4.0, 2) and data["all"]["stake"] == 4.0
+    listed = [[*doubt[:5], data["causes"][doubt[5]], *doubt[6:]] for doubt in data["doubts"]["walk.c3d"]]
+    assert listed == [
+        ["A", 0, 19, 2.0, 0.75, "fits its place less well than right labels do", "B"],
+        [None, 0, 19, 2.0, 0.4, "two labels fit almost equally well", "B", "A"],
+    ]
+    assert {marker["label"]: marker["stake"] for marker in data["markers"]} == {"A": 2.0, "B": 2.0}
+
+
+def test_what_needs_somebody_comes_first(gapped, tmp_path):
+    sure, unsure = labelling_of(gapped, ["A", "B"], 1.0), labelling_of(gapped, ["A", "B"], 0.8)
+    rows = [
+        add_result(tmp_path, "ann/1.c3d", sure),
+        add_result(tmp_path, "ann/2.c3d", unsure),
+        add_result(tmp_path, "ben/3.c3d", sure, outcome="partly labelled"),
+        add_result(tmp_path, "ben/4.c3d", sure, outcome="doubtful", doubts=["its unit is off"], message="no matter"),
+        {"input": "/captures/5.c3d", "output": "ben/5.c3d", "outcome": "failed", "message": "/captures/5.c3d: empty"},
+        {"input": "/captures/6.c3d", "output": "ben/6.c3d", "outcome": "passed over", "message": "of no points"},
+        {"input": "/captures/7.c3d", "output": "ben/7.c3d", "outcome": "of a later version"},
+    ]
+    data = data_of(page_of(tmp_path, rows))
+    trials = trials_of(data)
+    assert [trial["name"][4] for trial in trials] == list("7543216")
+    assert trials[1]["more"] == {"why": ["empty"]} and trials[2]["more"] == {"why": ["its unit is off"]}
+    subjects = {subject["name"]: subject for subject in data["subjects"]}
+    assert list(subjects) == ["ann", "ben"] and subjects["ann"]["stake"] == trials[4]["stake"] > 0
+    assert subjects["ben"]["outcomes"]["failed"] == 1 and subjects["ben"]["trials"] == 5
 
 
 def test_files_without_a_result(tmp_path):
     failed = {"input": "/captures/bad.c3d", "output": "bad.c3d", "outcome": "failed", "message": "bad.c3d: is empty"}
     data = data_of(page_of(tmp_path, [failed]))
-    assert data["files"][0]["message"] == "bad.c3d: is empty" and data["files"][0]["link"] is None
-    assert data["markers"] == [] and data["suspects"] == []
+    assert data["trials"][0][-1] == {"why": ["is empty"]}
+    assert data["markers"] == [] and data["doubts"] == {}
     clash = {"input": "/captures/bad.trc", "output": None, "outcome": "failed", "message": "would overwrite"}
-    (row,) = data_of(page_of(tmp_path, [clash]))["files"]
-    assert row["name"] == "/captures/bad.trc" and row["link"] is None and row["page"] is None
+    (row,) = trials_of(data_of(page_of(tmp_path, [clash])))
+    assert row["name"] == "/captures/bad.trc" and row["more"] == {"why": ["would overwrite"]}
 
 
 def test_a_broken_sidecar_is_none(gapped, tmp_path):
     row = add_result(tmp_path, "walk.c3d", labelling_of(gapped, ["A"], 1.0))
     (tmp_path / "walk.labels.json").write_text("{")
-    assert data_of(page_of(tmp_path, [row]))["files"][0]["confidence"] is None
+    assert trials_of(data_of(page_of(tmp_path, [row])))[0]["confidence"] is None
 
 
 def test_names_may_hold_anything(gapped, tmp_path):
     recording = Recording(gapped.points, (EVIL, "B", "C", "*1"), 10.0)
     row = add_result(tmp_path, "a #1 %2F?.c3d", labelling_of(recording, [EVIL, "B"], 0.5))
+    (tmp_path / "a #1 %2F?.html").write_text(GENERATOR)
     page = page_of(tmp_path, [row, {"output": f"{EVIL}.c3d", "outcome": EVIL, "message": EVIL, "input": EVIL}])
     assert_self_contained(page)
-    data = data_of(page)
-    assert data["markers"][0]["label"] == EVIL and data["files"][1]["message"] == EVIL
-    assert data["files"][0]["link"] == "a%20%231%20%252F%3F.c3d"
+    trials = trials_of(data_of(page))
+    assert trials[0]["more"]["why"] == [EVIL] and trials[0]["outcome"] == EVIL
+    assert trials[1]["more"]["page"] == "a%20%231%20%252F%3F.html"
 
 
 def test_it_links_to_pages_that_are_there(gapped, tmp_path):
-    row = add_result(tmp_path, "ann/walk.c3d", labelling_of(gapped, ["A"], 1.0))
-    page = tmp_path / "ann" / "walk.html"
+    def link(name="ann/walk.c3d"):
+        row = add_result(tmp_path, name, labelling_of(gapped, ["A"], 1.0))
+        return lambda: trials_of(data_of(page_of(tmp_path, [row])))[0]["more"].get("page")
+
+    found, page = link(), tmp_path / "ann" / "walk.html"
     page.write_text(GENERATOR)
-    assert data_of(page_of(tmp_path, [row]))["files"][0]["page"] == "ann/walk.html"
+    assert found() == 1  # the usual name
     os.utime(page, (1, 1))  # the recording was labelled again since
-    assert data_of(page_of(tmp_path, [row]))["files"][0]["page"] is None
+    assert found() is None
     page.write_text("notes of somebody's own")
-    assert data_of(page_of(tmp_path, [row]))["files"][0]["page"] is None
+    assert found() is None
+    found = link("report.c3d")
+    assert found() is None  # although there is a page of ours called report.html
+    (tmp_path / "report.c3d.html").write_text(GENERATOR)
+    assert found() == "report.c3d.html"
 
 
 def test_same_run_same_page(gapped, tmp_path):
     row = add_result(tmp_path, "walk.c3d", labelling_of(gapped, ["A"], 0.5))
     assert page_of(tmp_path, [row]) == page_of(tmp_path, [json.loads(json.dumps(row))])
+
+
+@pytest.mark.parametrize("name", ["walk", 100 * "<"])
+def test_a_page_stays_small_whatever_the_archive(name, tmp_path):
+    rows = [
+        {"input": f"/{k}/{name}", "output": f"{k}/{name}.c3d", "outcome": "failed", "message": 500 * "\N{EURO SIGN}"}
+        for k in range(5000)
+    ]
+    page = page_of(tmp_path, rows)
+    data = data_of(page)
+    assert MOST_BYTES / 4 < len(page.encode()) < MOST_BYTES
+    assert 500 < len(data["trials"]) < 5000 == data["all"]["trials"] and len(data["subjects"]) < data["all_subjects"]
+    assert [trial[0] for trial in data["trials"]] == sorted(row["output"] for row in rows)[: len(data["trials"])]
 
 
 def test_what_is_no_page_of_ours_stays(tmp_path):
@@ -143,12 +197,25 @@ def test_what_is_no_page_of_ours_stays(tmp_path):
 @needs_browser
 def test_a_browser_shows_it(gapped, tmp_path):
     labelling = labelling_of(gapped, ["A", "B"], 0.85)
-    object.__setattr__(labelling, "could_be", np.tile([1, 0], (len(labelling.trajectories), 1)))
-    row = add_result(tmp_path, "walk.c3d", labelling, seconds=2.0)
+    labelling = replace(labelling, could_be=np.tile([1, 0], (len(labelling.trajectories), 1)))
+    row = add_result(tmp_path, "ann/walk.c3d", labelling, seconds=2.0)
+    (tmp_path / "ann" / "walk.html").write_text(GENERATOR)
     failed = {"input": EVIL, "output": "bad.c3d", "outcome": "failed", "message": EVIL}
     write_run_page(tmp_path, [row, failed])
-    page = shown(tmp_path / PAGE_NAME, tmp_path / "profile")
+    path = tmp_path / PAGE_NAME
+    page = shown(path, tmp_path / "profile")
     assert "FAILED" not in page and "onerror=alert(1)&gt;&amp;" in page
-    assert page.index(">bad.c3d<") < page.index('href="walk.c3d"')  # the worst first
-    assert ">Could be<" in page and "<td>B or A</td>" in page
-    assert page.count("<tr>") == 3 + 2 + 4 + 2  # heads; files, labels to look at (A, and three stretches of B), markers
+    assert page.index("bad.c3d<") < page.index('href="ann/walk.html"')  # the worst first
+    assert page.count("<tr>") + page.count('<tr class="folds">') == 3 + 2 + 2 + 2  # heads; trials, subjects, markers
+    assert "may be B or A" not in page
+    unfold = "<script>document.querySelector('.fold').click()</script></body>"
+    path.write_text(path.read_text().replace("</body>", unfold))
+    page = shown(path, tmp_path / "profile")
+    assert 'href="ann/walk.html#frame=0&amp;marker=A&amp;doubt=1"' in page and "may be B or A: fits its place" in page
+
+
+@needs_browser
+def test_a_browser_shows_a_page_of_nothing(tmp_path):
+    write_run_page(tmp_path, [])
+    page = shown(tmp_path / PAGE_NAME, tmp_path / "profile")
+    assert "FAILED" not in page and ">None<" in page

@@ -2,6 +2,7 @@
 
 import base64
 import html
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,8 +12,9 @@ from hypothesis import strategies as st
 from making import make_labelling, make_model, make_recording
 
 import dshpm_jax
-from dshpm_jax import Recording, io
+from dshpm_jax import Labelling, Reason, Recording, io
 from dshpm_jax.__main__ import main
+from dshpm_jax.report._doubts import CAUSES
 from dshpm_jax.report._film import make_film
 from dshpm_jax.report._player import MISSING
 from dshpm_jax.synthesis import person
@@ -69,9 +71,10 @@ def test_a_labelling_brings_confidences_and_segments():
     assert [(part["name"], part["columns"]) for part in data["parts"]] == [("body", [0, 1, 2])]
     assert len(data["links"]) == 2 and {link[2] for link in data["links"]} == {0}
     covered = np.zeros((40, 4), int)
-    for column, first, last, confidence, reason in data["spans"]:
+    for column, first, last, confidence, reason, doubtful in data["spans"]:
         assert confidence == 0.875
-        assert ("matched" if column < 3 else "no marker") in data["reasons"][reason]
+        assert doubtful == (column < 3)
+        assert data["reasons"][reason] in CAUSES if column < 3 else "no marker" in data["reasons"][reason]
         covered[first : last + 1, column] += 1
     np.testing.assert_array_equal(covered, recording.present)
 
@@ -81,6 +84,7 @@ def test_a_file_and_its_sidecar_say_the_same_as_the_labelling(tmp_path):
     io.write_labelled(labelling, tmp_path / "walk.c3d")
     io.write_sidecar(labelling, tmp_path / "walk.labels.json")
     from_file = data_of(dshpm_jax.view(tmp_path / "walk.c3d").html)
+    assert len(from_file["doubts"]) == len([span for span in from_file["spans"] if span[0] < 3])
     assert from_file | {"name": "recording"} == data_of(dshpm_jax.view(labelling).html)
 
 
@@ -190,11 +194,94 @@ def test_a_folder_of_results(folder, capsys):
         '{"input": "/a/walk.c3d", "output": "ann/walk.c3d", "outcome": "labelled", "finished": "1"}\n'
     )
     assert command(capsys, "view", "out") == (0, "out/ann/walk.html\n", "")
-    files = data_of((out / "report.html").read_text())["files"]
-    assert [(file["name"], file["page"]) for file in files] == [
-        ("ann/run.c3d", None),
-        ("ann/walk.c3d", "ann/walk.html"),
-    ]
+    trials = data_of((out / "report.html").read_text())["trials"]
+    assert [(trial[0], trial[-1].get("page")) for trial in trials] == [("ann/run.c3d", None), ("ann/walk.c3d", 1)]
+
+
+def doubting(recording: Recording) -> Labelling:
+    """A labelling whose first trajectory may be another, whose model fits badly, and which withholds a label."""
+    found = make_labelling(recording, MARKERS)
+    found.confidence[:] = np.where(np.arange(len(found.confidence)) == 0, 0.875, 0.99)
+    (withheld, *_) = np.flatnonzero(found.identity == -1)
+    reason = tuple(Reason.AMBIGUOUS if j == withheld else reason for j, reason in enumerate(found.reason))
+    could_be = np.full((len(reason), 2), -1)
+    could_be[0], could_be[withheld] = [int(found.identity[0] == 1) + 1, -1], [2, 1]
+    return replace(found, reason=reason, could_be=could_be, stats={"model_fit": 0.5})
+
+
+def test_doubts_are_one_a_trajectory_and_lead_to_its_points():
+    recording = Recording(make_recording(40).points, (*MARKERS, "*4"), 100.0)
+    labelling = doubting(recording)
+    data = data_of(dshpm_jax.view(labelling).html)
+    (known, withheld) = [[*span[:3], data["reasons"][span[4]]] for span in sorted(data["doubts"])]
+    first = labelling.trajectories.stop[0] - 1
+    assert known == [labelling.identity[0], 0, first, f"may be {known[3][7:11]}: the model fits this trial badly"]
+    assert withheld[3] == "no label, may be SACR or RASI: two labels fit almost equally well"
+    assert np.isfinite(points_in(data)[withheld[1] : withheld[2] + 1, withheld[0]]).all()
+    assert "50% of the usual evidence" in data["troubles"][0]
+
+
+def test_people_far_apart_stand_upright():
+    points = person(34, "walking", 60).recording.points
+    labels = tuple(f"{name}:{k}" for name in ("ann", "ben") for k in range(34))
+    recording = Recording(np.concatenate([points, points + [4000.0, 0, 0]], 1), labels, 60.0)
+    found = points_in(data_of(dshpm_jax.view(recording).html))
+    assert np.nanmax(np.abs(found - recording.points)) < 0.2
+
+
+@needs_browser
+def test_a_browser_leads_from_doubt_to_doubt(tmp_path):
+    recording = Recording(make_recording(40).points, (*MARKERS, "*4"), 100.0)
+    dshpm_jax.view(doubting(recording)).save(tmp_path / "walk.html")
+    page = shown(tmp_path / "walk.html", tmp_path / "profile")
+    assert "FAILED" not in page and ">2 labels in doubt<" in page and "50% of the usual evidence" in page
+    keys = "".join(f"dispatchEvent(new KeyboardEvent('keydown', {{key: '{key}'}}));" for key in "fstrlunn")
+    (tmp_path / "walk.html").write_text(
+        (tmp_path / "walk.html").read_text().replace("</body>", f"<script>{keys}</script></body>")
+    )
+    page = shown(tmp_path / "walk.html", tmp_path / "profile")
+    assert "FAILED" not in page and ">2 of 2: no label, may be SACR or RASI" in page
+    page = shown(tmp_path / "walk.html", tmp_path / "profile", "#frame=0&doubt=1&view=top")
+    assert "FAILED" not in page
+
+
+@needs_browser
+def test_a_browser_sees_all_of_the_figure(tmp_path):
+    made = person(34, "walking", 120).recording
+    page = dshpm_jax.view(made).html
+    probe = """<script>
+    const {width, height} = canvas.getBoundingClientRect();
+    let out = 0;
+    for (const where of ["start", "front", "side", "top"]) {
+      lookFrom(where);
+      for (let t = 0; t < frames; t += 10) {
+        view.frame = t;
+        element("named").checked = true;
+        draw();
+        for (const {x, y} of dots) out += x < 0 || y < 0 || x > width || y > height;
+      }
+    }
+    document.title = `${out} out of view`;
+    </script>"""
+    (tmp_path / "walk.html").write_text(page.replace("</body>", probe + "</body>"))
+    found = shown(tmp_path / "walk.html", tmp_path / "profile")
+    assert "FAILED" not in found and "<title>0 out of view</title>" in found
+
+
+@needs_browser
+def test_names_in_a_browser_do_not_overlap(tmp_path):
+    made = person(49, "walking", 30).recording
+    page = dshpm_jax.view(made).html
+    probe = """<script>
+    const boxes = [], plain = drawName;
+    element("named").checked = true;
+    drawName = (name, box, ...rest) => { boxes.push(box); plain(name, box, ...rest); };
+    draw();
+    const pairs = boxes.flatMap((a, k) => boxes.slice(k + 1).map(b => apart(a, b)));
+    document.title = `${boxes.length > 30} ${pairs.every(Boolean)}`;
+    </script>"""
+    (tmp_path / "walk.html").write_text(page.replace("</body>", probe + "</body>"))
+    assert "<title>true true</title>" in shown(tmp_path / "walk.html", tmp_path / "profile")
 
 
 @needs_browser

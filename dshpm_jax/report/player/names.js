@@ -26,11 +26,13 @@ function drawNames(at, columns) {
     .map(({x, y, column}) => ({left: x - 4, right: x + 4, top: y - 4, bottom: y + 4, column}));
   const {offsetLeft, offsetTop, offsetWidth, offsetHeight} = element("views");
   taken.push({left: offsetLeft, right: offsetLeft + offsetWidth, top: offsetTop, bottom: offsetTop + offsetHeight});
+  const {width: right, height: bottom} = canvas.getBoundingClientRect();
+  const inside = box => box.left >= 0 && box.top >= 0 && box.right <= right && box.bottom <= bottom;
   for (const column of order) {
     const width = widthOf(names[column]), first = lastPlace[column] ?? 0;
     for (let k = 0; k < PLACES.length; k++) {
       const choice = k === 0 ? first : k <= first ? k - 1 : k, box = boxAt(at[column], PLACES[choice], width);
-      if (!taken.every(other => other.column === column || apart(box, other))) continue;
+      if (!inside(box) || !taken.every(other => other.column === column || apart(box, other))) continue;
       lastPlace[column] = choice;
       taken.push(box);
       drawName(names[column], box, at[column], PLACES[choice][2] === FAR);
