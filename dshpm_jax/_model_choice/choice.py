@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from dshpm_jax._model_building import TUNING, gather, liveliness
-from dshpm_jax._model_choice.folders import Found, find
+from dshpm_jax._model_choice.folders import FolderContents, find
 from dshpm_jax._model_choice.wrong_labels import find_wrong_labels
 from dshpm_jax._reading import AS_USUAL, Reading
 from dshpm_jax._recording import Recording
@@ -54,7 +54,7 @@ def choose(folder: Path, how: Reading = AS_USUAL) -> Choice:
     Left out are results of this program, files that cannot be read, recordings without a label or of another body, and
     those that hardly move beside livelier ones and add no marker. Labels are not compared (`compare_labels`).
     """
-    found: Found = find(folder, how)
+    found: FolderContents = find(folder, how)
     choice = Choice(folder, found.labelled, left_out=found.left_out, unlabelled=found.unlabelled)
     _of_one_body(choice)
     _lively(choice)

@@ -16,7 +16,7 @@ FILLED, MOTION = ".filled.c3d", ".motion.npz"
 
 
 @dataclass
-class Found:
+class FolderContents:
     """The recordings that a folder holds directly, in the order of their names.
 
     Attributes:
@@ -50,9 +50,9 @@ def recordings_in(folder: Path) -> list[Path]:
     return sorted(path for path in files if io.may_be_recording(path))
 
 
-def find(folder: Path, how: Reading = AS_USUAL) -> Found:
+def find(folder: Path, how: Reading = AS_USUAL) -> FolderContents:
     """Reads the recordings directly in a folder; `how` they are read is as for `io.read`."""
-    found = Found()
+    found = FolderContents()
     for path in recordings_in(folder):
         if _is_result(path):
             found.left_out[path] = "a result of this program, whose labels no person has looked at"

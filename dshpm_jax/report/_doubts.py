@@ -21,7 +21,7 @@ CAUSES = (BADLY, ANOTHERS, BRIEFLY, LOOSELY, TIED)
 
 
 @dataclass(frozen=True)
-class Doubt:
+class LabelDoubt:
     """A trajectory whose label is in doubt.
 
     Attributes:
@@ -51,7 +51,7 @@ class Doubt:
         return f"may be {names}: {self.cause}" if names else self.cause
 
 
-def doubt_of(track: Mapping[str, Any], sidecar: Mapping[str, Any]) -> Doubt | None:
+def doubt_of(track: Mapping[str, Any], sidecar: Mapping[str, Any]) -> LabelDoubt | None:
     """The doubt about a trajectory of a sidecar; None if there is none."""
     label, confidence, reason = track["label"], track["confidence"], track["reason"]
     if (label is None and reason not in WITHHELD) or (label is not None and confidence >= SURE):
@@ -60,7 +60,7 @@ def doubt_of(track: Mapping[str, Any], sidecar: Mapping[str, Any]) -> Doubt | No
     chance = confidence if label is not None else 1 - confidence
     seconds = (last - first + 1) / sidecar["rate"]
     cause = TIED if reason == str(Reason.AMBIGUOUS) else _cause(chance, seconds, sidecar)
-    return Doubt(label, tuple(track.get("could_be", ())), (first, last), round(chance, 4), cause)
+    return LabelDoubt(label, tuple(track.get("could_be", ())), (first, last), round(chance, 4), cause)
 
 
 def fits_badly(fit: float | None) -> bool:

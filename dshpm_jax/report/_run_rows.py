@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from dshpm_jax.report._doubts import CAUSES, Doubt
+from dshpm_jax.report._doubts import CAUSES, LabelDoubt
 from dshpm_jax.report._page import is_page
 from dshpm_jax.report._page_name import page_of_result
 
@@ -42,7 +42,7 @@ def trial_row(name: str, row: Mapping[str, Any], doubt: tuple[float, int, float 
     return [name, row.get("outcome"), round(stake, 2), doubts, sure, *short, more]
 
 
-def listed(doubts: Sequence[Doubt], rate: float) -> list[list[Any]]:
+def listed(doubts: Sequence[LabelDoubt], rate: float) -> list[list[Any]]:
     """The doubts of a trial, the longest first: label, frames, seconds, chance, cause, and what each could be."""
     longest = sorted(doubts, key=lambda doubt: (-doubt.points, doubt.frames))[:MAX_DOUBTS]
     return [

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from dshpm_jax import io
-from dshpm_jax.report._doubts import CAUSES, SURE, Doubt, doubt_of
+from dshpm_jax.report._doubts import CAUSES, SURE, LabelDoubt, doubt_of
 from dshpm_jax.report._run_rows import listed, severity, trial_row
 from dshpm_jax.report._totals import LEAST_CONFIDENCE, MarkerTotals, Stretch, TrialTotals, share
 from dshpm_jax.report._worst import Worst
@@ -67,7 +67,7 @@ class RunSummary:
             "all_markers": len(self.markers),
         }
 
-    def _count_labels(self, sidecar: Mapping[str, Any], doubts: Iterable[Doubt]) -> None:
+    def _count_labels(self, sidecar: Mapping[str, Any], doubts: Iterable[LabelDoubt]) -> None:
         stretches: dict[str, list[Stretch]] = {label: [] for label in sidecar["markers"]}
         for track in sidecar["trajectories"]:
             if track["label"] is not None:
