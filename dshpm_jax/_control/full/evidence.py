@@ -9,6 +9,7 @@ from scipy.sparse import csr_array
 from dshpm_jax._control.full.distances import distance_llr
 from dshpm_jax._control.problem import LabellingProblem
 from dshpm_jax._requests import Control, LifeEvidence
+from dshpm_jax._trajectories import by_marker
 from dshpm_jax._types import NO_MATCH
 
 FRAMES_AT_ONCE = 1024  # whose evidence is summed together; more need more memory
@@ -102,9 +103,7 @@ def _judged(
     changed = np.flatnonzero(moved.any(1))
     if len(changed):
         points = problem.trajectories.points[found.frames]
-        slot = slot_of_marker(found.labels, problem.model.num_markers)
-        places = np.take_along_axis(points, np.maximum(slot, 0)[..., None], axis=1)
-        identified = np.where((slot != NO_MATCH)[..., None], places, np.nan)
+        identified = by_marker(points, found.labels, problem.model.num_markers)
         found.distance_llr[changed] = distance_llr(problem, identified[changed])
         frame, marker = np.nonzero(stale)
         tables = problem.prepared.neighbourhoods

@@ -9,9 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from dshpm_jax._control.full.evidence import FrameEvidence, slot_of_marker
+from dshpm_jax._control.full.evidence import FrameEvidence
 from dshpm_jax._control.problem import LabellingProblem
-from dshpm_jax._types import NO_MATCH
+from dshpm_jax._geometry import pair_distances
+from dshpm_jax._trajectories import by_marker
 
 FRAMES_AT_ONCE = 256  # whose tables of distances are held together
 
@@ -31,14 +32,12 @@ class MeanDistances(NamedTuple):
 
 def mean_distances(problem: LabellingProblem, evidence: FrameEvidence) -> MeanDistances:
     """The distances between all labelled markers."""
-    slot = slot_of_marker(evidence.labels, problem.model.num_markers)
-    points = problem.trajectories.points[evidence.frames]
-    places = np.take_along_axis(points, np.maximum(slot, 0)[..., None], axis=1)
-    places = np.where((slot != NO_MATCH)[..., None], places, np.nan)
-    count, total, square = np.zeros((3, slot.shape[1], slot.shape[1]))
+    markers = problem.model.num_markers
+    places = by_marker(problem.trajectories.points[evidence.frames], evidence.labels, markers)
+    count, total, square = np.zeros((3, markers, markers))
     for first in range(0, len(places), FRAMES_AT_ONCE):
         part = places[first : first + FRAMES_AT_ONCE]
-        apart = np.linalg.norm(part[:, :, None] - part[:, None], axis=-1)
+        apart = pair_distances(part)
         seen = np.isfinite(apart)
         apart = np.where(seen, apart, 0.0)
         count += seen.sum(0)
