@@ -3,11 +3,11 @@
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
+from dshpm_jax import io
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._recording import Recording
 from dshpm_jax._settings import Settings
 from dshpm_jax._subjects import combine_models
-from dshpm_jax.io import kept, read, read_model
 
 GivenRecording = Recording | str | Path
 GivenModel = SubjectModel | str | Path
@@ -27,7 +27,7 @@ def recording_of(
         return given
     how = Settings() if settings is None else settings
     markers = () if model is None else model.markers
-    return read(given, how.unlabelled, [*kept(markers), *how.drop], how.frozen_gaps)
+    return io.read(given, how.unlabelled, [*io.kept(markers), *how.drop], how.frozen_gaps)
 
 
 def recordings_of(given: GivenRecording | Iterable[GivenRecording]) -> list[Recording]:
@@ -45,7 +45,7 @@ def model_of(given: GivenModels) -> SubjectModel:
     if isinstance(given, SubjectModel):
         return given
     if isinstance(given, str | Path):
-        return read_model(given)
+        return io.read_model(given)
     if isinstance(given, Mapping):
         return combine_models({name: model_of(one) for name, one in given.items()})
     return combine_models([model_of(one) for one in given])

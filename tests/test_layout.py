@@ -18,6 +18,7 @@ LEVELS = [
         "_null_model",
         "_buckets",
         "_geometry",
+        "_outcomes",
     },
     {"_recording", "_bridges", "_trajectories", "_columns", "_settings"},
     {"_model", "_hierarchy"},

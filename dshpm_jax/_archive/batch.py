@@ -7,15 +7,16 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from dshpm_jax import io
 from dshpm_jax._archive.compiling import notice_of_compiling
 from dshpm_jax._archive.hashes import INPUT, MODEL, SETTINGS, hash_file, hash_settings, read_models
 from dshpm_jax._archive.jobs import Job
-from dshpm_jax._archive.outcomes import KEPT, Outcome, failed, figures_of, judged, passed_over, without_points
+from dshpm_jax._archive.outcomes import Outcome, failed, figures_of, judged, passed_over, without_points
 from dshpm_jax._archive.results import ResultKept, write_result
 from dshpm_jax._compile_cache import cache_programs
+from dshpm_jax._given import recording_of
 from dshpm_jax._labelling import Labelling
 from dshpm_jax._model import SubjectModel
+from dshpm_jax._outcomes import KEPT
 from dshpm_jax._recording import Recording
 from dshpm_jax._settings import Settings
 
@@ -93,9 +94,7 @@ class _Watch:
 def _load(job: Job, model: SubjectModel, model_hash: str, settings: Settings) -> _Loaded:
     # Hashed before it is read: if it changes meanwhile, the hash after labelling is another.
     hashes = {INPUT: hash_file(job.source), SETTINGS: hash_settings(settings), MODEL: model_hash}
-    drop = [*io.kept(model.markers), *settings.drop]
-    recording = io.read(job.source, settings.unlabelled, drop, settings.frozen_gaps)
-    return _Loaded(job, recording, model, hashes)
+    return _Loaded(job, recording_of(job.source, model, settings), model, hashes)
 
 
 def _answers(loaded: Sequence[_Loaded], settings: Settings, notice: Notice) -> Iterator[Labelling | Exception]:

@@ -15,11 +15,12 @@ from queue import Empty, SimpleQueue
 
 from dshpm_jax._archive.batch import label_batch_telling
 from dshpm_jax._archive.jobs import Job
-from dshpm_jax._archive.outcomes import FAILED, Outcome, failed
+from dshpm_jax._archive.outcomes import Outcome, failed
 from dshpm_jax._archive.result_status import ResultStatus
 from dshpm_jax._archive.run import Executor, Order, Step
 from dshpm_jax._archive.workers import Connect, Workers
 from dshpm_jax._messages import UsageError
+from dshpm_jax._outcomes import FAILED
 
 LOOK_SECONDS = 0.5  # between two looks at what workers tell and how many there are, while no batch ends
 

@@ -9,8 +9,9 @@ from scipy.spatial.distance import pdist
 from dshpm_jax._control.tuning import TUNING
 from dshpm_jax._geometry import every_nth, is_seen
 from dshpm_jax._labelling import Labelling
+from dshpm_jax._recording import MILLIMETRES
 
-SIZES = {"mm": 1.0, "cm": 10.0, "in": 25.4, "m": 1000.0}  # in millimetres
+SIZES = {**MILLIMETRES, "in": 25.4}  # in millimetres
 SAMPLED_FRAMES = 20
 FACTOR = 2.0  # between sizes that may be the same: points are more than markers, and not all markers are seen
 

@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 
 from dshpm_jax._archive.jobs import SUMMARY_NAME
-from dshpm_jax._archive.outcomes import FAILED, WORST_FIRST, Outcome
+from dshpm_jax._archive.outcomes import Outcome
 from dshpm_jax._messages import UsageError
+from dshpm_jax._outcomes import FAILED, WORST_FIRST
 from dshpm_jax.io._atomic import write_whole
 
 MANIFEST_NAME = "manifest.jsonl"

@@ -12,13 +12,9 @@ from dshpm_jax._archive.completeness import Lives, completeness, never_seen, per
 from dshpm_jax._archive.doubts import all_doubts, doubts_of
 from dshpm_jax._archive.jobs import Job
 from dshpm_jax._labelling import Labelling
+from dshpm_jax._outcomes import DOUBTFUL, FAILED, LABELLED, PARTLY, PASSED
 from dshpm_jax._settings import Settings
 from dshpm_jax._types import NO_MATCH
-
-LABELLED, PARTLY, DOUBTFUL = "labelled", "partly labelled", "doubtful"
-KEPT, FAILED, PASSED = "kept", "failed", "passed over"
-
-WORST_FIRST = (FAILED, KEPT, DOUBTFUL, PARTLY, LABELLED, PASSED)
 
 
 @dataclass(frozen=True)

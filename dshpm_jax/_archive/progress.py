@@ -13,9 +13,10 @@ from typing import Any
 
 from dshpm_jax._archive.completeness import percent
 from dshpm_jax._archive.jobs import Job
-from dshpm_jax._archive.outcomes import LABELLED, PASSED, WORST_FIRST, Outcome
+from dshpm_jax._archive.outcomes import Outcome
 from dshpm_jax._console import complain, say
 from dshpm_jax._messages import UsageError
+from dshpm_jax._outcomes import LABELLED, PASSED, WORST_FIRST
 
 TICK_SECONDS = 2.0  # between two calls of `Progress.tick`
 STATUS_SECONDS = 30.0  # between two lines of status where there is no bar

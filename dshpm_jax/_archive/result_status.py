@@ -8,7 +8,8 @@ from pathlib import Path
 from dshpm_jax import io
 from dshpm_jax._archive.hashes import INPUT, MODEL, SETTINGS, hash_file, hash_settings, read_models
 from dshpm_jax._archive.jobs import Job
-from dshpm_jax._archive.outcomes import FAILED, KEPT, Outcome, failed, figures_in, judged
+from dshpm_jax._archive.outcomes import Outcome, failed, figures_in, judged
+from dshpm_jax._outcomes import FAILED, KEPT
 from dshpm_jax._settings import Settings
 
 _REMEDY = "move it away or give another folder for the results"

@@ -6,11 +6,10 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
+from dshpm_jax._outcomes import WORST_FIRST
 from dshpm_jax.report._doubts import CAUSES, LabelDoubt
 from dshpm_jax.report._page import is_page
 from dshpm_jax.report._page_name import page_of_result
-
-WORST_FIRST = ("failed", "kept", "doubtful", "partly labelled", "labelled", "passed over")  # see `run/words.js`
 
 MAX_DOUBTS = 40  # of a trial that are listed, the longest; the page says how many there are
 MAX_TEXT = 400  # characters of a message

@@ -5,7 +5,7 @@ import json
 from pathlib import Path
 
 from dshpm_jax._archive import Order, find_jobs, label_archive
-from dshpm_jax._archive.outcomes import WORST_FIRST
+from dshpm_jax._outcomes import WORST_FIRST
 from dshpm_jax._settings import Settings
 
 MARKERS = ["LASI", "RASI", "SACR"]

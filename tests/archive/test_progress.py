@@ -8,8 +8,9 @@ from threading import Event
 import pytest
 
 from dshpm_jax._archive.jobs import Job
-from dshpm_jax._archive.outcomes import DOUBTFUL, FAILED, LABELLED, PARTLY, PASSED, Outcome
+from dshpm_jax._archive.outcomes import Outcome
 from dshpm_jax._archive.progress import STATUS_SECONDS, Progress, every
+from dshpm_jax._outcomes import DOUBTFUL, FAILED, LABELLED, PARTLY, PASSED
 
 FOUND = {"frames": 300, "completeness": 0.9, "never_seen": [], "trajectories": 40, "labelled_trajectories": 34}
 
