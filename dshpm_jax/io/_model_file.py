@@ -58,10 +58,11 @@ def read_model(path: str | Path, markers: str | Path | None = None) -> SubjectMo
         ReadError: the file cannot be read or is no model; it names the entry that is wrong.
     """
     path = Path(path)
-    if path.suffix.lower() in SUBJECT_FILES:
-        return _from_subject_file(path, None if markers is None else Path(markers))
-    if markers is not None:
+    suffix = path.suffix.lower()
+    if markers is not None and suffix != ".osim":
         raise ReadError(path, "a file of markers goes with an .osim file alone", "leave it out")
+    if suffix in SUBJECT_FILES:
+        return _from_subject_file(path, None if markers is None else Path(markers))
     try:
         found = json.loads(path.read_bytes())
     except OSError as error:
@@ -103,13 +104,10 @@ def _read_skeleton(path: Path, markers: Path | None) -> "Skeleton":
         return read_vsk(path)
     from dshpm_jax.io._osim import read_osim
 
-    return read_osim(path) if markers is None else read_osim(path, markers)
+    return read_osim(path, markers)
 
 
 def _from_subject_file(path: Path, markers: Path | None) -> SubjectModel:
-    suffix = path.suffix.lower()
-    if markers is not None and suffix != ".osim":
-        raise ReadError(path, "a file of markers goes with an .osim file alone", "leave it out")
     skeleton = _read_skeleton(path, markers)
     try:
         return SubjectModel.from_skeleton(skeleton, path.name)
