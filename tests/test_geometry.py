@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from moving import moving
 
 from dshpm_jax._geometry import (
     evenly_inside,
@@ -16,15 +17,6 @@ from dshpm_jax._geometry import (
     runs,
     weighted_rigid_fit,
 )
-
-
-def moving(seed: int, markers: int = 5, frames: int = 60) -> tuple[np.ndarray, np.ndarray]:
-    """A rigid body in random poses: its places and its points (mm)."""
-    rng = np.random.default_rng(seed)
-    body = rng.normal(scale=80, size=(markers, 3))
-    rotation, _ = np.linalg.qr(rng.normal(size=(frames, 3, 3)))
-    rotation *= np.linalg.det(rotation)[:, None, None]
-    return body, np.einsum("fij,mj->fmi", rotation, body) + rng.normal(scale=500, size=(frames, 1, 3))
 
 
 def moved(rotation: np.ndarray, translation: np.ndarray, body: np.ndarray) -> np.ndarray:

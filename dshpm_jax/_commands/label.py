@@ -45,7 +45,12 @@ def add_options(label: argparse.ArgumentParser) -> None:
     label.add_argument(
         "--format", choices=("c3d", "same"), default="c3d", help="of the results: C3D, or that of each recording"
     )
-    how = label.add_argument_group("how to label")
+    _add_how(label.add_argument_group("how to label"))
+    _add_run(label.add_argument_group("the run"))
+
+
+def _add_how(how: argparse._ArgumentGroup) -> None:
+    """The options that decide which labels come out."""
     how.add_argument("--method", choices=("full", "paper", "static"), help="how to label (default: full)")
     how.add_argument("--settings", type=Path, metavar="FILE", help="TOML file with the method and its parameters")
     how.add_argument(
@@ -64,7 +69,10 @@ def add_options(label: argparse.ArgumentParser) -> None:
         help="a file counts as partly labelled if less of its markers' points have a label (default: 0.5)",
     )
     add_reading(how)
-    run = label.add_argument_group("the run")
+
+
+def _add_run(run: argparse._ArgumentGroup) -> None:
+    """The options that decide what is done, where, and what is told."""
     run.add_argument("--dry-run", action="store_true", help="list what would be done, with which model; write nothing")
     run.add_argument("--force", action="store_true", help="make earlier results again, even if nothing changed")
     where = run.add_mutually_exclusive_group()

@@ -1,17 +1,9 @@
 """Shapes of segments."""
 
 import numpy as np
+from moving import moving
 
 from dshpm_jax._model_building.shapes import mean_shape
-
-
-def moving(seed: int, markers: int = 5, frames: int = 60) -> tuple[np.ndarray, np.ndarray]:
-    """A rigid body in random poses: its places and its points (mm)."""
-    rng = np.random.default_rng(seed)
-    body = rng.normal(scale=80, size=(markers, 3))
-    rotation, _ = np.linalg.qr(rng.normal(size=(frames, 3, 3)))
-    rotation *= np.linalg.det(rotation)[:, None, None]
-    return body, np.einsum("fij,mj->fmi", rotation, body) + rng.normal(scale=500, size=(frames, 1, 3))
 
 
 def distances(places: np.ndarray) -> np.ndarray:
