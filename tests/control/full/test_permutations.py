@@ -5,8 +5,8 @@ import pytest
 from takes import model
 
 from dshpm_jax._control.full.evidence import evidence_in, sample_frames
-from dshpm_jax._control.full.mean_distances import mean_distances
-from dshpm_jax._control.full.neighbourhoods.permutations import propose_permutations
+from dshpm_jax._control.full.mean_distances import MeanDistances, mean_distances
+from dshpm_jax._control.full.neighbourhoods.permutations import _llr, propose_permutations
 from dshpm_jax._control.full.neighbourhoods.side_swaps import swap_sides
 from dshpm_jax._control.full.objective import Incumbent, Solution
 from dshpm_jax._types import NO_MATCH
@@ -62,3 +62,18 @@ def test_clusters_are_near_markers_each_once(problem):
     clusters = [tuple(cluster) for cluster in problem.prepared.clusters]
     assert len(set(clusters)) == len(clusters) and {m for cluster in clusters for m in cluster} == set(range(34))
     assert all(2 <= len(cluster) <= 6 and list(cluster) == sorted(cluster) for cluster in clusters)
+
+
+def test_a_metre_that_is_two_centimetres_off_loses_a_nat_and_a_half(problem):
+    """A long distance may differ from the model's by its share of the length; a short one by the noise alone."""
+    still = np.ones(2)
+    for length, off, lost in ((1000.0, 20.0, 1.52), (50.0, 10.0, 2.15)):
+        mean, sd = np.full(2, length), np.full(2, 1.0)
+        found = MeanDistances(still, mean + [0.0, off], still)
+        exact, wrong = _llr(problem, found, mean, sd)
+        assert exact - wrong == pytest.approx(lost, abs=0.01)
+
+
+def test_no_pair_decides_alone(problem):
+    found = MeanDistances(np.array([1.0, 0.5]), np.array([900.0, 900.0]), np.ones(2))
+    assert _llr(problem, found, np.full(2, 50.0), np.ones(2)).tolist() == [-5.0, -2.5]
