@@ -90,6 +90,13 @@ def test_importing_the_package_leaves_jax_out():
     assert subprocess.run([sys.executable, "-c", code]).returncode == 0
 
 
+def test_commands_start_without_the_slow_parts_of_scipy():
+    """They take half of a second, which `--help`, models and most files need not wait for."""
+    slow = {"scipy.optimize", "scipy.spatial"}
+    code = f"import sys, dshpm_jax.__main__; sys.exit(bool({slow} & sys.modules.keys()))"
+    assert subprocess.run([sys.executable, "-c", code]).returncode == 0
+
+
 def test_control_imports_no_jax():
     rooms = ("methods", "uses.audit", "uses.incremental", "uses.population")
     imports = "; ".join(f"import dshpm_jax._control.{room}" for room in rooms)

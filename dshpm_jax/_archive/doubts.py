@@ -4,10 +4,9 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from scipy.spatial.distance import pdist
 
 from dshpm_jax._control.tuning import TUNING
-from dshpm_jax._geometry import every_nth, is_seen
+from dshpm_jax._geometry import every_nth, is_seen, pair_distances
 from dshpm_jax._labelling import Labelling
 from dshpm_jax._recording import MILLIMETRES
 
@@ -57,7 +56,8 @@ def _distance(points: np.ndarray) -> float:
     seen = is_seen(points)
     several = np.flatnonzero(seen.sum(1) > 1)
     some = several[every_nth(len(several), SAMPLED_FRAMES)]
-    return float(np.median(np.concatenate([pdist(points[t, seen[t]]) for t in some]))) if len(some) else 0.0
+    apart = [pair_distances(points[t, seen[t]])[np.triu_indices(seen[t].sum(), 1)] for t in some]
+    return float(np.median(np.concatenate(apart))) if apart else 0.0
 
 
 def _fits_badly(fit: float | None) -> bool:

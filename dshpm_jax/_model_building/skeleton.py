@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
-from scipy.spatial.transform import Rotation
 
 from dshpm_jax._model_building.tuning import TUNING, ModelTuning
 from dshpm_jax._types import NO_PARENT
@@ -97,6 +96,8 @@ def _bone_poses(bones: Sequence[Bone], poses: int, rng: np.random.Generator) -> 
 
 
 def _turns(axis: np.ndarray, spread: float, poses: int, rng: np.random.Generator) -> Float[np.ndarray, "poses 3 3"]:
+
+    from scipy.spatial.transform import Rotation  # a third of a second, which other models need not wait for
 
     return Rotation.from_rotvec(rng.normal(0, spread, (poses, 1)) * axis).as_matrix()
 

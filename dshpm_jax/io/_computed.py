@@ -9,9 +9,8 @@ import itertools
 
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy.optimize import nnls
 
-from dshpm_jax._geometry import is_seen
+from dshpm_jax._geometry import every_nth, is_seen
 
 EXACT_MM = 0.003
 """Millimetres; used throughout: the rounding of a file, and its square root of a sum, are below; noise is above."""
@@ -50,7 +49,7 @@ def computed_points(points: Float[np.ndarray, "frames points 3"]) -> Bool[np.nda
     frames = np.flatnonzero(seen[:, columns].all(1))
     if len(frames) < LEAST_FRAMES or len(columns) < 3:
         return found
-    some = frames[:: -(-len(frames) // MOST_FRAMES)]
+    some = frames[every_nth(len(frames), MOST_FRAMES)]
     clip = points[np.ix_(some, columns)]
     spread, turned, mean = _distances(clip)
     copies = np.triu(mean < EXACT_MM, 1).any(0)
@@ -110,6 +109,8 @@ def _is_mixture(
     table: Float[np.ndarray, "rows points"], point: int, spread: np.ndarray, out: Bool[np.ndarray, " points"]
 ) -> bool:
     """Whether the others, but those that are out, give a point exactly."""
+    from scipy.optimize import nnls  # half of what a command takes to start, and few files have such a point
+
     others = np.flatnonzero(~out & (np.arange(table.shape[1]) != point))
     weights, _ = nnls(table[:, others], table[:, point])
     mixed = others[weights >= LEAST_WEIGHT]
