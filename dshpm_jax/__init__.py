@@ -6,16 +6,19 @@ from typing import TYPE_CHECKING, Any
 
 from dshpm_jax._labelling import Labelling as Labelling
 from dshpm_jax._labelling import Reason as Reason
+from dshpm_jax._marker_set import MarkerSet as MarkerSet
 from dshpm_jax._model import Segment as Segment
 from dshpm_jax._model import SubjectModel as SubjectModel
 from dshpm_jax._recording import Recording as Recording
 from dshpm_jax._settings import Settings as Settings
 from dshpm_jax._subjects import combine_models as combine_models
 from dshpm_jax.io import read as read
+from dshpm_jax.io import read_marker_set as read_marker_set
 from dshpm_jax.io import read_model as read_model
 from dshpm_jax.io import write_c3d as write_c3d
 from dshpm_jax.io import write_filled as write_filled
 from dshpm_jax.io import write_labelled as write_labelled
+from dshpm_jax.io import write_marker_set as write_marker_set
 from dshpm_jax.io import write_model as write_model
 from dshpm_jax.io import write_sidecar as write_sidecar
 from dshpm_jax.report import view as view
@@ -72,10 +75,12 @@ __all__ = [
     "LabelledFrames",
     "Labeller",
     "Labelling",
+    "MarkerSet",
     "MaxResidual",
     "MeanResidual",
     "Motion",
     "read",
+    "read_marker_set",
     "read_model",
     "Reason",
     "reconstruct",
@@ -93,6 +98,7 @@ __all__ = [
     "write_c3d",
     "write_filled",
     "write_labelled",
+    "write_marker_set",
     "write_model",
     "write_motion",
     "write_sidecar",

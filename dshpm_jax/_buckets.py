@@ -14,3 +14,8 @@ def bucket(size: int, buckets: Sequence[int], what: str) -> int:
         if size <= limit:
             return limit
     raise ValueError(f"{size} {what} at once, more than {buckets[-1]}: this recording is too crowded to label")
+
+
+MARKER_BUCKETS = (32, 64, 128, 256)
+START_BUCKETS = (1, 4, 16, 64, 256)
+FOUR_BUCKETS = (128, 256, 512, 1024, 2048, 4096)

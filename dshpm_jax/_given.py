@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from dshpm_jax import io
+from dshpm_jax._marker_set import MarkerSet
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._recording import Recording
 from dshpm_jax._settings import Settings
@@ -11,11 +12,12 @@ from dshpm_jax._subjects import combine_models
 
 GivenRecording = Recording | str | Path
 GivenModel = SubjectModel | str | Path
+GivenModelOrSet = GivenModel | MarkerSet
 GivenModels = GivenModel | Sequence[GivenModel] | Mapping[str, GivenModel]
 
 
 def recording_of(
-    given: GivenRecording, model: SubjectModel | None = None, settings: Settings | None = None
+    given: GivenRecording, model: SubjectModel | MarkerSet | None = None, settings: Settings | None = None
 ) -> Recording:
     """A recording, read if it is given as a file (`ReadError` if it cannot be).
 
@@ -49,3 +51,10 @@ def model_of(given: GivenModels) -> SubjectModel:
     if isinstance(given, Mapping):
         return combine_models({name: model_of(one) for name, one in given.items()})
     return combine_models([model_of(one) for one in given])
+
+
+def model_or_set_of(given: GivenModels | MarkerSet) -> SubjectModel | MarkerSet:
+    """What a recording is to be labelled with: the model of its subject or subjects, or a marker set."""
+    if isinstance(given, MarkerSet):
+        return given
+    return io.read_model_or_set(given) if isinstance(given, str | Path) else model_of(given)

@@ -10,8 +10,17 @@ import numpy as np
 from dshpm_jax._control.methods import Answer, label_control
 from dshpm_jax._control.tuning import TUNING, Tuning
 from dshpm_jax._driver import Driver
-from dshpm_jax._given import GivenModel, GivenModels, GivenRecording, model_of, one_or_more, recording_of
+from dshpm_jax._given import (
+    GivenModel,
+    GivenModelOrSet,
+    GivenModels,
+    GivenRecording,
+    model_or_set_of,
+    one_or_more,
+    recording_of,
+)
 from dshpm_jax._labelling import Labelling
+from dshpm_jax._marker_set import MarkerSet
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._pretracking import pretrack
 from dshpm_jax._recording import Recording
@@ -22,7 +31,7 @@ from dshpm_jax._trajectories import Trajectories, from_columns
 
 def label(
     recording: GivenRecording,
-    model: GivenModels,
+    model: GivenModels | MarkerSet,
     settings: Settings | None = None,
     driver: Driver | None = None,
     tuning: Tuning = TUNING,
@@ -33,7 +42,8 @@ def label(
         recording: points in millimetres, or their file, read as `settings` say; names that its columns already carry
             are ignored.
         model: see `SubjectModel.from_recordings`, or its file; for several subjects a model of each, best with their
-            names, which go before the markers' names (see `combine_models`).
+            names, which go before the markers' names (see `combine_models`). Or a `MarkerSet`, or its file, for a
+            subject of whom nothing is labelled; the model of the answer is then the subject's own.
         settings: the method and its parameters.
         driver: holds the scores (`Driver(candidate_score=..., match_score=...)`).
         tuning: the numbers of the full method, for who develops it.
@@ -45,17 +55,18 @@ def label(
     Warns:
         UserWarning: the points are spread over a few millimetres or kilometres, or are not of the model's size.
     """
-    known = model_of(model)
+    known = model_or_set_of(model)
     recording = recording_of(recording, known, settings)
     rescaled = settings is not None and settings.rescale
-    if not rescaled and (doubt := size_doubt(recording, known)):
+    typical = known.model if isinstance(known, MarkerSet) else known
+    if not rescaled and (doubt := size_doubt(recording, typical)):
         warnings.warn(doubt, stacklevel=2)
     return next(label_many([recording], known, settings, driver, tuning))
 
 
 def label_many(
     recordings: Iterable[GivenRecording],
-    models: GivenModel | Sequence[GivenModel],
+    models: GivenModelOrSet | Sequence[GivenModelOrSet],
     settings: Settings | None = None,
     driver: Driver | None = None,
     tuning: Tuning = TUNING,
@@ -66,7 +77,8 @@ def label_many(
 
     Arguments:
         recordings: points in millimetres, or their files; all are in memory together.
-        models: one for all, or one for each recording; `combine_models` makes one of several subjects.
+        models: one for all, or one for each recording; `combine_models` makes one of several subjects. With a
+            `MarkerSet` each recording is taken for one of a subject of its own.
         settings, driver, tuning: as for `label`.
 
     Yields:
@@ -83,14 +95,14 @@ def label_many(
         yield _labelling(recording, answer)
 
 
-def _one_for_each(models: GivenModel | Sequence[GivenModel], count: int) -> list[SubjectModel]:
+def _one_for_each(models: GivenModelOrSet | Sequence[GivenModelOrSet], count: int) -> list[SubjectModel | MarkerSet]:
     """A model for each of so many recordings; a file is read once, however often it is given."""
-    if isinstance(models, GivenModel):
-        return [model_of(models)] * count
+    if isinstance(models, GivenModelOrSet):
+        return [model_or_set_of(models)] * count
     if len(models) != count:
         raise ValueError(f"{count} recordings but {len(models)} models; give one for all or one for each")
-    read = {model: model_of(model) for model in models if isinstance(model, str | Path)}
-    return [model if isinstance(model, SubjectModel) else read[model] for model in models]
+    read = {model: model_or_set_of(model) for model in models if isinstance(model, str | Path)}
+    return [read[model] if isinstance(model, str | Path) else model for model in models]
 
 
 def _labelling(recording: Recording, answer: Answer) -> Labelling:

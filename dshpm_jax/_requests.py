@@ -11,7 +11,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from dshpm_jax._buckets import COLUMN_BUCKETS, POINT_BUCKETS, SLOT_BUCKETS, bucket
+from dshpm_jax._buckets import COLUMN_BUCKETS, MARKER_BUCKETS, POINT_BUCKETS, SLOT_BUCKETS, START_BUCKETS, bucket
 from dshpm_jax._null_model import NullModel
 
 T = TypeVar("T")
@@ -206,6 +206,86 @@ class LifeEvidence(Request[np.ndarray]):
 
     def fits(self, answer: np.ndarray) -> int:
         return self.null.fits_per_place * len(self.marker)
+
+
+@dataclass(frozen=True, eq=False)
+class PairTable:
+    """What pairs of points of one moment say of pairs of markers (nats), see `_kernels.quadratic_assignment`.
+
+    Attributes:
+        table: the score of two markers at each node.
+        node, weight: the nodes of each pair of points, and how much each counts.
+        unlabelled: what a point without a label scores.
+    """
+
+    table: Float[np.ndarray, "markers nodes markers"]
+    node: Int[np.ndarray, "points points corners"]
+    weight: Float[np.ndarray, "points points corners"]
+    unlabelled: float
+
+    def group(self) -> tuple[int, int, int]:
+        points = bucket(self.node.shape[0], POINT_BUCKETS, "points")
+        markers = bucket(len(self.table), MARKER_BUCKETS, "markers of a set")
+        return points, markers, self.table.shape[1]
+
+
+@dataclass(frozen=True, eq=False)
+class ClimbedLabels:
+    """Labellings that no single change betters, what each scores, and what each label says for each point (nats)."""
+
+    labels: Int[np.ndarray, "starts points"]
+    total: Float[np.ndarray, " starts"]
+    benefit: Float[np.ndarray, "starts points markers"]
+
+
+@dataclass(frozen=True, eq=False)
+class ClimbLabels(Request[ClimbedLabels]):
+    """Change one or two labels at a time for as long as that pays, at most `steps` times; with 0 only judge them."""
+
+    pairs: PairTable
+    labels: Int[np.ndarray, "starts points"]
+    steps: int
+
+    def group(self) -> tuple:
+        return *self.pairs.group(), bucket(len(self.labels), START_BUCKETS, "labellings"), self.steps
+
+
+@dataclass(frozen=True, eq=False)
+class SoftenLabels(Request[np.ndarray]):
+    """Graduated assignment from shares of labels; answered by what each label then says for each point (nats).
+
+    Attributes:
+        start: the share of each label that a point has at first.
+        sharpness: how much a nat a partner counts, step by step, the same number of steps for all.
+    """
+
+    pairs: PairTable
+    start: Float[np.ndarray, "starts points markers"]
+    sharpness: Float[np.ndarray, "starts steps"]
+
+    def group(self) -> tuple:
+        return *self.pairs.group(), self.sharpness.shape, self.sharpness.tobytes()
+
+
+@dataclass(frozen=True, eq=False)
+class SignedVolumes(Request[np.ndarray]):
+    """What signed volumes of labelled points say (nats), an array (labellings, fours).
+
+    Attributes:
+        points: places in some frames (mm), NaN where one is not seen.
+        fours: markers whose volumes are judged, with their means and standard deviations.
+        numbers: degrees of freedom, the standard deviation of the background, and the most that a four says (nats).
+    """
+
+    points: Float[np.ndarray, "frames points 3"]
+    labels: Int[np.ndarray, "labellings points"]
+    fours: Int[np.ndarray, "fours 4"]
+    mean: Float[np.ndarray, " fours"]
+    sd: Float[np.ndarray, " fours"]
+    numbers: tuple[float, float, float]
+
+    def group(self) -> tuple[()]:
+        return ()
 
 
 @dataclass(frozen=True, eq=False)

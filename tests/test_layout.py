@@ -22,7 +22,7 @@ LEVELS = [
     },
     {"_recording", "_bridges", "_trajectories", "_columns", "_settings"},
     {"_model", "_hierarchy"},
-    {"_model_building", "_scoring", "_subjects"},
+    {"_model_building", "_scoring", "_subjects", "_marker_set"},
     {"_labelling", "_requests"},
     {"_kernels", "io", "synthesis", "_given", "_size"},
     {"_driver", "_control", "_pretracking", "_reading"},
@@ -37,7 +37,11 @@ LEVEL = {name: k for k, names in enumerate(LEVELS) for name in names}
 
 # `SubjectModel.from_recordings` and its kin are how people make a model, so they stand on the class: each calls a maker
 # that it imports when it is called. The recordings may be given as files, which `_given` reads.
-WHEN_CALLED = {"_model.py imports _model_building", "_model.py imports _given"}
+WHEN_CALLED = {
+    "_model.py imports _model_building",
+    "_model.py imports _given",
+    "_marker_set/marker_set.py imports _given",
+}
 
 
 def imports(path: Path, when_called: bool = True) -> set[str]:

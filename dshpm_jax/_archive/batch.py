@@ -15,6 +15,7 @@ from dshpm_jax._archive.results import ResultKept, write_result
 from dshpm_jax._compile_cache import cache_programs
 from dshpm_jax._given import recording_of
 from dshpm_jax._labelling import Labelling
+from dshpm_jax._marker_set import MarkerSet
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._outcomes import KEPT
 from dshpm_jax._recording import Recording
@@ -30,7 +31,7 @@ _log = logging.getLogger(__name__)
 class _Loaded:
     job: Job
     recording: Recording
-    model: SubjectModel
+    model: SubjectModel | MarkerSet
     hashes: dict[str, str]
 
 
@@ -40,7 +41,7 @@ def label_batch(jobs: Sequence[Job], out: Path, settings: Settings, notice: Noti
     Nothing but the outcomes goes to whoever asked.
     """
     notice(f"reading {_files(len(jobs))}")
-    models: dict[tuple[Path, ...], tuple[SubjectModel, str]] = {}
+    models: dict[tuple[Path, ...], tuple[SubjectModel | MarkerSet, str]] = {}
     loaded: list[_Loaded] = []
     watch = _Watch()
     for job in jobs:
@@ -91,7 +92,7 @@ class _Watch:
         return round(self._per_frame * frames[0], 3)
 
 
-def _load(job: Job, model: SubjectModel, model_hash: str, settings: Settings) -> _Loaded:
+def _load(job: Job, model: SubjectModel | MarkerSet, model_hash: str, settings: Settings) -> _Loaded:
     # Hashed before it is read: if it changes meanwhile, the hash after labelling is another.
     hashes = {INPUT: hash_file(job.source), SETTINGS: hash_settings(settings), MODEL: model_hash}
     return _Loaded(job, recording_of(job.source, model, settings), model, hashes)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from dshpm_jax import io
 from dshpm_jax._archive.jobs import subjects
+from dshpm_jax._marker_set import MarkerSet
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._settings import Settings
 from dshpm_jax._subjects import combine_models
@@ -27,18 +28,19 @@ def hash_settings(settings: Settings) -> str:
     return _hash(found)
 
 
-def read_models(paths: tuple[Path, ...]) -> tuple[SubjectModel, str]:
-    """The model of the subjects of `paths`, and a hash that tells it from others."""
+def read_models(paths: tuple[Path, ...]) -> tuple[SubjectModel | MarkerSet, str]:
+    """The model of the subjects of `paths`, or a marker set, and a hash that tells it from others."""
     hashes = tuple(hash_file(path) for path in paths)
     model = _read_models(paths, hashes)
     return model, hashes[0] if len(paths) == 1 else _hash([subjects(paths), hashes])
 
 
 @lru_cache(maxsize=8)
-def _read_models(paths: tuple[Path, ...], hashes: tuple[str, ...]) -> SubjectModel:
+def _read_models(paths: tuple[Path, ...], hashes: tuple[str, ...]) -> SubjectModel | MarkerSet:
     """Read once for all batches of a process, as long as the files have these hashes; subject files take seconds."""
-    found = [io.read_model(path) for path in paths]
-    return found[0] if len(paths) == 1 else combine_models(dict(zip(subjects(paths), found)))
+    if len(paths) == 1:
+        return io.read_model_or_set(paths[0])
+    return combine_models(dict(zip(subjects(paths), [io.read_model(path) for path in paths])))
 
 
 def _hash(value: object) -> str:

@@ -1,13 +1,15 @@
-"""The command `model`: a marker model from labelled recordings, or from the subject file of a capture system."""
+"""The command `model`: a marker model from labelled recordings or a subject file, or a marker set of many subjects."""
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from dshpm_jax import io
 from dshpm_jax._commands.statuses import FAILURES, OK
 from dshpm_jax._compile_cache import cache_programs
 from dshpm_jax._console import add_reading, complain, say
+from dshpm_jax._marker_set import MarkerSet
+from dshpm_jax._marker_set.marker_set import names_of
 from dshpm_jax._messages import UsageError
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._reading import Reading, read_aloud, reading, say_joined
@@ -21,7 +23,9 @@ TEMPLATES = ("body-parts", "helen-hayes", "plug-in-gait")
 def add_options(parser: argparse.ArgumentParser) -> None:
     """The options of `model`."""
     about = "labelled recordings, or a folder that directly holds some, or one subject file"
-    parser.add_argument("recordings", nargs="+", type=Path, metavar="RECORDING", help=about)
+    parser.add_argument("recordings", nargs="*", type=Path, metavar="RECORDING", help=about)
+    about = "make a marker set for subjects of whom nothing is labelled: a folder of labelled recordings of each other"
+    parser.add_argument("--subjects", nargs="+", type=Path, metavar="FOLDER", help=about)
     about = "the model's file (JSON)"
     parser.add_argument("-o", "--output", dest="out", type=Path, required=True, metavar="MODEL", help=about)
     parser.add_argument("--markers", type=Path, metavar="XML", help="OpenSim's marker set beside an .osim file")
@@ -42,6 +46,10 @@ def run(arguments: argparse.Namespace) -> int:
     """Makes the model and gives the exit status."""
     if arguments.out.exists() and not io.is_model(arguments.out):
         raise UsageError(f"{arguments.out}: is there and no marker model, not overwritten; give another file")
+    if arguments.subjects:
+        return _run_set(arguments)
+    if not arguments.recordings:
+        raise UsageError("give labelled recordings, a folder of them or a subject file; or --subjects and folders")
     _check_sources(arguments)
     given, out = arguments.recordings, arguments.out
     if not given[0].is_dir():
@@ -51,6 +59,70 @@ def run(arguments: argparse.Namespace) -> int:
         complain(f"{given[0]}: none of its own recordings can be used; 'dshpm-jax models' looks into its folders too")
         return FAILURES
     return OK if written(lambda: model_of(recordings, arguments), given, out) else FAILURES
+
+
+def _run_set(arguments: argparse.Namespace) -> int:
+    """Makes a marker set of the subjects' folders and gives the exit status."""
+    folders, out = arguments.subjects, arguments.out
+    if arguments.recordings or arguments.markers or arguments.segments or arguments.template:
+        raise UsageError("--subjects: takes folders alone; leave recordings and the other options of a model out")
+    for folder in folders:
+        if not folder.is_dir():
+            raise UsageError(
+                f"{folder}: is no folder; --subjects takes a folder of labelled recordings for each subject"
+            )
+    names = [folder.resolve().name for folder in folders]
+    if twice := next((name for name in names if names.count(name) > 1), None):
+        raise UsageError(f"two of the folders are called '{twice}', as subjects are after them; rename one")
+    recordings = {name: _labelled_in(folder, arguments) for name, folder in zip(names, folders, strict=True)}
+    if without := [folder for name, folder in zip(names, folders, strict=True) if not recordings[name]]:
+        complain(f"{without[0]}: none of its recordings can be used; leave it out or label one")
+        return FAILURES
+    try:
+        markers = MarkerSet.from_subjects(recordings)
+        out.parent.mkdir(parents=True, exist_ok=True)
+        io.write_marker_set(markers, out)
+    except io.WriteError as error:
+        complain(error)
+    except ValueError as error:
+        complain(f"no marker set of {', '.join(map(str, folders))}: {error}")
+    except OSError as error:
+        complain(f"{out}: cannot be written ({error.strerror}); give another file")
+    else:
+        for line in _about_set(markers):
+            say(line)
+        say(f"{out}: a marker set of {markers.num_markers} markers from {len(names)} subjects")
+        return OK
+    return FAILURES
+
+
+def _labelled_in(folder: Path, arguments: argparse.Namespace) -> list[Recording]:
+    """The recordings of a subject that a set is to be made of; says why the others are not used."""
+    from dshpm_jax._model_choice import choose  # imports scipy
+
+    choice = choose(folder, reading(arguments))
+    for path, why in choice.left_out.items():
+        say(f"{path}: not used, {why}")
+    return choice.used
+
+
+def _about_set(markers: MarkerSet) -> Iterator[str]:
+    """What is to be said about the subjects of a set."""
+    for one in markers.odd:
+        yield (
+            f"{one.subject}: {names_of(one.markers)} sit otherwise than in the others; if they were placed by another "
+            "rule, or names were exchanged, leave this subject out"
+        )
+    some = [name for name, share in zip(markers.markers, markers.worn, strict=True) if share < 1]
+    if some:
+        yield f"not all subjects wear {names_of(some)}"
+    if len(markers.subjects) < ENOUGH_SUBJECTS:
+        yield f"{len(markers.subjects)} subjects tell little of how people differ; {ENOUGH_SUBJECTS} or more do"
+
+
+ENOUGH_SUBJECTS = 4
+"""count; used in `_about_set`: fewer subjects are few; evidence: a set of 41 markers labelled .54, .94, .96 and .99 of
+new subjects from 1, 2, 4 and 8 others."""
 
 
 def written(make: Callable[[], SubjectModel], sources: Sequence[Path], out: Path) -> bool:

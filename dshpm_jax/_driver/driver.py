@@ -13,8 +13,11 @@ from typing import Any, TypeVar
 from dshpm_jax._driver.evidence import life_evidences
 from dshpm_jax._driver.fitting import fit
 from dshpm_jax._driver.matching import match, score
+from dshpm_jax._driver.quadratic import climbed, softened
 from dshpm_jax._driver.segmentation import segment
+from dshpm_jax._driver.volumes import volumes
 from dshpm_jax._requests import (
+    ClimbLabels,
     Control,
     CountFits,
     FitPoses,
@@ -24,6 +27,8 @@ from dshpm_jax._requests import (
     Request,
     ScoreMatch,
     Segmentation,
+    SignedVolumes,
+    SoftenLabels,
 )
 from dshpm_jax._scoring import (
     AbstractCandidateScore,
@@ -65,6 +70,9 @@ class Driver:
             FitPoses: fit,
             Segmentation: segment,
             LifeEvidence: life_evidences,
+            ClimbLabels: climbed,
+            SoftenLabels: softened,
+            SignedVolumes: volumes,
         }
         self._in_flight = in_flight
 

@@ -51,7 +51,7 @@ def _neighbourhood(
     if loose:
         shape = with_distances(shape, statistics.mean[np.ix_(ids, ids)], distance_sd[np.ix_(ids, ids)], tuning)
     sd = distance_sd[marker, order]
-    seen = [_prediction_error(clip[:, ids], shape, 1 / sd**2, tuning) for clip in clips]
+    seen = [prediction_error(clip[:, ids], shape, 1 / sd**2, tuning) for clip in clips]
     # The liveliest recording counts: a static predicts every marker perfectly and says nothing.
     learnt = max((error for error in seen if np.isfinite(error)), default=0.0)
     seconds = float(np.median(statistics.seconds[marker, order])) if len(order) else 0.0
@@ -62,7 +62,7 @@ def _neighbourhood(
     )
 
 
-def _prediction_error(points: np.ndarray, shape: np.ndarray, weight: np.ndarray, tuning: ModelTuning) -> float:
+def prediction_error(points: np.ndarray, shape: np.ndarray, weight: np.ndarray, tuning: ModelTuning) -> float:
     """RMS error of the prediction of the last marker from those of the others that are seen, in mm.
 
     NaN where fewer than 3 ever are; the worst frames are left out, for hand labels are wrong in a few.

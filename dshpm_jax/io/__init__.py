@@ -16,6 +16,10 @@ from dshpm_jax.io._read import SUFFIXES as SUFFIXES
 from dshpm_jax.io._read import may_be_recording as may_be_recording
 from dshpm_jax.io._read import read as read
 from dshpm_jax.io._segments_file import read_segments as read_segments
+from dshpm_jax.io._set_file import is_marker_set as is_marker_set
+from dshpm_jax.io._set_file import read_marker_set as read_marker_set
+from dshpm_jax.io._set_file import read_model_or_set as read_model_or_set
+from dshpm_jax.io._set_file import write_marker_set as write_marker_set
 from dshpm_jax.io._sidecar import read_sidecar as read_sidecar
 from dshpm_jax.io._sidecar import read_sidecar_head as read_sidecar_head
 from dshpm_jax.io._sidecar import sidecar as sidecar

@@ -21,6 +21,9 @@ FORMAT, VERSION = "dshpm-model", 2
 """Of what is written. Version 1 is read too (`_from_version_1`); a program that knows only version 1 refuses version 2
 and says that the model is to be made again."""
 
+SET_KIND = "marker set"
+"""The entry `kind` of the file of a marker set (`_set_file`); a subject's model has none."""
+
 DROPPED = ("pair_low", "pair_high", "pair_frames")
 """Tables of version 1 that nothing read."""
 
@@ -37,6 +40,7 @@ MOST_DISTORTED = 10.0
 """A distance that changes by ten times itself is none that tells anything."""
 
 _REMEDY = "make it again with 'dshpm-jax model' or correct that entry"
+_LABEL_FIRST = "label a recording with it: 'dshpm-jax label' keeps the subject's own model beside the results"
 
 
 def write_model(model: SubjectModel, path: str | Path) -> None:
@@ -45,7 +49,7 @@ def write_model(model: SubjectModel, path: str | Path) -> None:
     What is at `path` is replaced, whatever it is; the folder must be there.
     """
     head = {"format": FORMAT, "version": VERSION}
-    write_whole(Path(path), [(_layout(head | encode(model)) + "\n").encode(errors="backslashreplace")])
+    write_whole(Path(path), [(layout(head | encode(model)) + "\n").encode(errors="backslashreplace")])
 
 
 def read_model(path: str | Path, markers: str | Path | None = None) -> SubjectModel:
@@ -63,6 +67,23 @@ def read_model(path: str | Path, markers: str | Path | None = None) -> SubjectMo
         raise ReadError(path, "a file of markers goes with an .osim file alone", "leave it out")
     if suffix in SUBJECT_FILES:
         return _from_subject_file(path, None if markers is None else Path(markers))
+    found = read_entries(path)
+    if found.get("kind") == SET_KIND:
+        raise ReadError(path, "is a marker set, the model of nobody in particular", _LABEL_FIRST)
+    if (version := found.pop("version", None)) not in (1, VERSION):
+        raise ReadError(path, f"has version {version}, this program knows 1 and {VERSION}", "make it again")
+    if version == 1:
+        _from_version_1(found)
+    try:
+        model = decode(SubjectModel, found, "the model", {})
+        check_model(model)
+    except ValueError as error:
+        raise ReadError(path, str(error), _REMEDY) from None
+    return model
+
+
+def read_entries(path: Path) -> dict[str, Any]:
+    """What the file of a model holds, besides its format; `ReadError` if it is none."""
     try:
         found = json.loads(path.read_bytes())
     except OSError as error:
@@ -72,16 +93,7 @@ def read_model(path: str | Path, markers: str | Path | None = None) -> SubjectMo
         raise ReadError(path, what, "make it again with 'dshpm-jax model'") from None
     if not isinstance(found, dict) or found.pop("format", None) != FORMAT:
         raise ReadError(path, "this is no marker model", "make one with 'dshpm-jax model'")
-    if (version := found.pop("version", None)) not in (1, VERSION):
-        raise ReadError(path, f"has version {version}, this program knows 1 and {VERSION}", "make it again")
-    if version == 1:
-        _from_version_1(found)
-    try:
-        model = decode(SubjectModel, found, "the model", {})
-        _check(model)
-    except ValueError as error:
-        raise ReadError(path, str(error), _REMEDY) from None
-    return model
+    return found
 
 
 def _from_version_1(found: dict[str, Any]) -> None:
@@ -124,21 +136,21 @@ def is_model(path: str | Path) -> bool:
     return isinstance(found, dict) and found.get("format") == FORMAT
 
 
-def _layout(value: Any, indent: int = 0) -> str:
+def layout(value: Any, indent: int = 0) -> str:
     """JSON with a line for each entry, but the innermost lists and objects in one line."""
     inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
     if not any(isinstance(item, dict | list) for item in inner):
         return json.dumps(value, ensure_ascii=False)
     pad = " " * (indent + 1)
     if isinstance(value, dict):
-        rows = [f"{pad}{json.dumps(key)}: {_layout(item, indent + 1)}" for key, item in value.items()]
+        rows = [f"{pad}{json.dumps(key)}: {layout(item, indent + 1)}" for key, item in value.items()]
     else:
-        rows = [pad + _layout(item, indent + 1) for item in value]
+        rows = [pad + layout(item, indent + 1) for item in value]
     opening, closing = "{}" if isinstance(value, dict) else "[]"
     return f"{opening}\n" + ",\n".join(rows) + f"\n{' ' * indent}{closing}"
 
 
-def _check(model: SubjectModel) -> None:
+def check_model(model: SubjectModel) -> None:
     """Raises ValueError where the parts of a model contradict each other."""
     if not model.markers:
         raise ValueError("the model has no markers")

@@ -35,6 +35,15 @@ def solve(problem: LabellingProblem, other: Solution | None = None) -> Control[t
     return (yield from split_trajectories(problem, best))
 
 
+def solve_from(
+    problem: LabellingProblem, identity: Int[np.ndarray, " trajectories"]
+) -> Control[tuple[LabellingProblem, Solution]]:
+    """What these labels lead to, instead of those of key-frames; trajectories are split as by `solve`."""
+    incumbent = Incumbent((yield from refine_labels(problem, identity)))
+    yield from _through_stages(problem, incumbent)
+    return (yield from split_trajectories(problem, incumbent.solution))
+
+
 def search(problem: LabellingProblem) -> Control[Solution]:
     """The best solution that key-frames, restarts and all stages lead to."""
     votes = Votes.none(problem)

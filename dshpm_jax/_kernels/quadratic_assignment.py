@@ -1,0 +1,213 @@
+"""Points to markers by what pairs of points say of pairs of markers: a quadratic assignment.
+
+The score of a pair of points as a pair of markers depends on the pair of points by a number or two only, such as their
+distance. So it stands in a table over nodes of these numbers, and a pair of points is a few nodes with weights. A table
+of points x points x markers x markers is never made, and sums over it are products of matrices.
+
+Padded points have weight 0 with all others; padded markers are never free.
+"""
+
+import functools
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int
+
+from dshpm_jax._types import NO_MATCH
+
+SINKHORN_ROUNDS = 15
+"""count; used in `soften`: rows and columns are normalised in turn this often; by hand: they change little after."""
+
+LEAST_GAIN = 1e-2
+"""nats; used in `climb`: smaller gains are rounding."""
+
+SLACK = 1e-3
+"""share; used in `soften`: of a row that always stays unlabelled, so that no row is divided by 0."""
+
+
+class PairScores(NamedTuple):
+    """What pairs of points say of pairs of markers (nats).
+
+    Attributes:
+        table: the score of two markers at each node; on its diagonal what two points of one marker cost.
+        node, weight: the nodes of each pair of points, and how much each counts; weight 0 where nothing is known.
+        points, markers: which are there.
+        unlabelled: what a point without a label scores.
+    """
+
+    table: Float[Array, "markers nodes markers"]
+    node: Int[Array, "points points corners"]
+    weight: Float[Array, "points points corners"]
+    points: Bool[Array, " points"]
+    markers: Bool[Array, " markers"]
+    unlabelled: Float[Array, ""]
+
+
+class Climbed(NamedTuple):
+    """Labellings that no single change betters.
+
+    Attributes:
+        labels: of each point, `NO_MATCH` where it has none.
+        total: what the labelling scores (nats).
+        benefit: what each label says for each point, given those of the others (nats).
+    """
+
+    labels: Int[Array, " points"]
+    total: Float[Array, ""]
+    benefit: Float[Array, "points markers"]
+
+
+@jax.jit
+def climb(scores: PairScores, labels: Int[Array, "problems starts points"], steps: Int[Array, ""]) -> Climbed:
+    """Labellings after the best single change, for as long as there is one and for at most `steps` times.
+
+    A change gives a point a label that is free, takes its label away, exchanges the labels of two points, or gives an
+    unlabelled point the label of another.
+    """
+    one = functools.partial(_climb, steps=steps)
+    return jax.vmap(jax.vmap(one, in_axes=(None, 0)))(scores, labels)
+
+
+@jax.jit
+def soften(
+    scores: PairScores,
+    start: Float[Array, "problems starts points markers"],
+    sharpness: Float[Array, "starts steps"],
+) -> Float[Array, "problems starts points markers"]:
+    """What each label says for each point after graduated assignment: shares of labels, sharper in every step.
+
+    Arguments:
+        start: the share of each label that a point has at first.
+        sharpness: how much a nat a partner counts, step by step.
+    """
+    spread = jax.vmap(_spread_nodes)(scores)
+    one = jax.vmap(_soften, in_axes=(None, None, 0, 0))
+    return jax.vmap(one, in_axes=(0, 0, 0, None))(scores, spread, start, sharpness)
+
+
+def _spread_nodes(scores: PairScores) -> Float[Array, "points nodes points"]:
+    """The weight that each pair of points has at each node."""
+    nodes = jnp.arange(scores.table.shape[1])
+    corners = jnp.moveaxis(scores.node, -1, 0), jnp.moveaxis(scores.weight, -1, 0)
+    parts = [jnp.where(node[:, None] == nodes[:, None], weight[:, None], 0.0) for node, weight in zip(*corners)]
+    return functools.reduce(jnp.add, parts)
+
+
+def _benefit(scores: PairScores, spread: Array, share: Float[Array, "points markers"]) -> Array:
+    """What each label says for each point, where the others have labels by shares."""
+    at_nodes = jnp.einsum("ikj,jb->ikb", spread, share)
+    return jnp.einsum("ikb,akb->ia", at_nodes, scores.table)
+
+
+def _soften(scores: PairScores, spread: Array, start: Array, sharpness: Float[Array, " steps"]) -> Array:
+    partners = jnp.maximum(jnp.minimum(scores.points.sum(), scores.markers.sum()), 1)
+    possible = scores.points[:, None] & scores.markers
+    many = jnp.maximum(1.0, partners / 20.0)
+
+    def step(share, sharp):
+        benefit = jnp.where(possible, _benefit(scores, spread, share) / many, -jnp.inf)
+        top = jnp.maximum(benefit.max(1, keepdims=True), -1e6)
+        share = jnp.exp(jnp.maximum(sharp * (benefit - top), -60.0)) * possible
+
+        def normalise(share, _):
+            share = share / (share.sum(1, keepdims=True) + SLACK)
+            return share / jnp.maximum(1.0, share.sum(0, keepdims=True)), None
+
+        return jax.lax.scan(normalise, share, None, length=SINKHORN_ROUNDS)[0], None
+
+    share = jax.lax.scan(step, start * possible, sharpness)[0]
+    return _benefit(scores, spread, share)
+
+
+class _Climb(NamedTuple):
+    labels: Int[Array, " points"]
+    benefit: Float[Array, "points markers"]
+    total: Float[Array, ""]
+    gained: Float[Array, ""]
+    step: Int[Array, ""]
+
+
+def _climb(scores: PairScores, labels: Int[Array, " points"], steps: Int[Array, ""]) -> Climbed:
+    benefit, total = _by_hand(scores, labels)
+    start = _Climb(labels, benefit, total, jnp.array(jnp.inf, benefit.dtype), jnp.array(0, jnp.int32))
+    state = jax.lax.while_loop(
+        lambda state: (state.step < steps) & (state.gained > LEAST_GAIN),
+        lambda state: _best_change(scores, state),
+        start,
+    )
+    return Climbed(state.labels, state.total, state.benefit)
+
+
+def _by_hand(scores: PairScores, labels: Int[Array, " points"]):
+    """What each label says for each point by these labels, a partner at a time, and what they score."""
+    markers = scores.table.shape[0]
+
+    def add(benefit, point):
+        return benefit + _said_by(scores, point, labels[point]), None
+
+    benefit = jnp.zeros((len(labels), markers), scores.table.dtype)
+    benefit, _ = jax.lax.scan(add, benefit, jnp.arange(len(labels)))
+    labelled = labels != NO_MATCH
+    own = jnp.take_along_axis(benefit, jnp.maximum(labels, 0)[:, None], 1)[:, 0]
+    alone = (scores.points & ~labelled).sum()
+    return benefit, 0.5 * jnp.where(labelled, own, 0.0).sum() + alone * scores.unlabelled
+
+
+def _said_by(scores: PairScores, point: Array, label: Array) -> Float[Array, "points markers"]:
+    """What a point with a label says of each label for each point; nothing without a label."""
+    table = jnp.take(scores.table, jnp.maximum(label, 0), axis=0)  # symmetric in its markers
+    node, weight = scores.node[:, point], scores.weight[:, point]
+    said = (table[node] * weight[..., None]).sum(1)
+    return jnp.where(label == NO_MATCH, 0.0, said)
+
+
+def _best_change(scores: PairScores, state: _Climb) -> _Climb:
+    labels, benefit = state.labels, state.benefit
+    count, markers = benefit.shape
+    labelled = labels != NO_MATCH
+    safe = jnp.maximum(labels, 0)
+    own = jnp.where(labelled, jnp.take_along_axis(benefit, safe[:, None], 1)[:, 0], scores.unlabelled)
+    held_by = jnp.full(markers + 1, NO_MATCH, labels.dtype)
+    held_by = held_by.at[jnp.where(labelled, labels, markers)].set(jnp.arange(count, dtype=labels.dtype))[:markers]
+    other = jnp.maximum(held_by, 0)
+    held = held_by != NO_MATCH
+    # A point takes label a; whoever holds it takes this point's label, or none if it has none.
+    weight, node = scores.weight[:, other], scores.node[:, other]
+    alike = _at(scores.table, jnp.arange(markers), node, jnp.arange(markers), weight)
+    alike_own = _at(scores.table, safe[:, None], node, safe[:, None], weight)
+    between = _at(scores.table, safe[:, None], node, jnp.arange(markers)[None], weight)
+    exchanged = benefit[other][:, safe].T - own[other]
+    exchange = benefit - own[:, None] + exchanged - alike - alike_own + 2.0 * between
+    take = benefit - alike - own[:, None] - own[other] + scores.unlabelled
+    free = benefit - own[:, None]
+    gain = jnp.where(held, jnp.where(labelled[:, None], exchange, take), free)
+    possible = scores.points[:, None] & scores.markers & (labels[:, None] != jnp.arange(markers))
+    gain = jnp.where(possible, gain, -jnp.inf)
+    drop = jnp.where(labelled, scores.unlabelled - own, -jnp.inf)
+    gain = jnp.concatenate([gain, drop[:, None]], axis=1)
+    best = jnp.argmax(gain)
+    point, label = (best // (markers + 1)).astype(labels.dtype), (best % (markers + 1)).astype(labels.dtype)
+    gained = gain.ravel()[best]
+    dropped = label == markers
+    before = labels[point]
+    after = jnp.where(dropped, NO_MATCH, label)
+    loser = jnp.where(dropped, NO_MATCH, held_by[jnp.minimum(label, markers - 1)])
+    lost, safe_loser = loser != NO_MATCH, jnp.maximum(loser, 0)
+    changed = labels.at[point].set(after)
+    changed = jnp.where(lost, changed.at[safe_loser].set(before), changed)
+    moved = _said_by(scores, point, after) - _said_by(scores, point, before)
+    moved += jnp.where(lost, _said_by(scores, safe_loser, before) - _said_by(scores, safe_loser, after), 0.0)
+    go = gained > LEAST_GAIN
+    return _Climb(
+        jnp.where(go, changed, labels),
+        jnp.where(go, benefit + moved, benefit),
+        jnp.where(go, state.total + gained, state.total),
+        gained,
+        state.step + 1,
+    )
+
+
+def _at(table, one, node, other, weight):
+    """The score of pairs of points at their nodes as pairs of markers."""
+    return (table[one[..., None], node, other[..., None]] * weight).sum(-1)
