@@ -11,7 +11,6 @@ from dshpm_jax._control.methods import Answer, label_control
 from dshpm_jax._control.tuning import TUNING, Tuning
 from dshpm_jax._driver import Driver
 from dshpm_jax._given import (
-    GivenModel,
     GivenModelOrSet,
     GivenModels,
     GivenRecording,

@@ -131,11 +131,11 @@ class _Climb(NamedTuple):
 def _climb(scores: PairScores, labels: Int[Array, " points"], steps: Int[Array, ""]) -> Climbed:
     benefit, total = _by_hand(scores, labels)
     start = _Climb(labels, benefit, total, jnp.array(jnp.inf, benefit.dtype), jnp.array(0, jnp.int32))
-    state = jax.lax.while_loop(
-        lambda state: (state.step < steps) & (state.gained > LEAST_GAIN),
-        lambda state: _best_change(scores, state),
-        start,
-    )
+
+    def goes_on(state: _Climb):
+        return (state.step < steps) & (state.gained > LEAST_GAIN)
+
+    state = jax.lax.while_loop(goes_on, functools.partial(_best_change, scores), start)
     return Climbed(state.labels, state.total, state.benefit)
 
 

@@ -40,9 +40,8 @@ def volume_llr(
 
 def _of_labelling(points, labels, fours, mean, sd, dof, background, limit):
     place = jnp.where(labels != NO_MATCH, labels, MOST_MARKERS)  # the last place is of points without a label
-    holder = (
-        jnp.full(MOST_MARKERS + 1, NO_MATCH, labels.dtype).at[place].set(jnp.arange(len(labels), dtype=labels.dtype))
-    )
+    in_order = jnp.arange(len(labels), dtype=labels.dtype)
+    holder = jnp.full(MOST_MARKERS + 1, NO_MATCH, labels.dtype).at[place].set(in_order)
     holds = holder[fours]
     known = (holds != NO_MATCH).all(-1)
     corner = points[:, jnp.maximum(holds, 0)]

@@ -15,7 +15,7 @@ NEAREST = 6
 def odd_subjects(
     markers: Sequence[str], subjects: Sequence[str], found: Between, tuning: SetTuning
 ) -> tuple[OddSubject, ...]:
-    """Subjects with markers whose near-rigid distances deviate from what all others have; none with fewer than three."""
+    """Subjects with markers whose near-rigid distances deviate from those of all others; none of fewer than three."""
     if len(subjects) < 3:
         return ()
     count = len(markers)

@@ -57,7 +57,7 @@ def _of_one_body(
     errors = []
     for clips, statistics in zip(sized, each, strict=True):
         few = [clip[every_nth(len(clip), tuning.max_frames)][:, ids] for clip in clips]
-        if not all(is_seen(np.concatenate(few)).any(0)):
+        if not np.all(is_seen(np.concatenate(few)).any(0)):
             continue
         shape = mean_shape(np.concatenate(few), statistics.mean[np.ix_(ids, ids)], tuning)
         found = [prediction_error(clip, shape, 1 / near.distance_sd**2, tuning) for clip in few]

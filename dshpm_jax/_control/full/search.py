@@ -35,13 +35,11 @@ def solve(problem: LabellingProblem, other: Solution | None = None) -> Control[t
     return (yield from split_trajectories(problem, best))
 
 
-def solve_from(
-    problem: LabellingProblem, identity: Int[np.ndarray, " trajectories"]
-) -> Control[tuple[LabellingProblem, Solution]]:
-    """What these labels lead to, instead of those of key-frames; trajectories are split as by `solve`."""
+def improved_from(problem: LabellingProblem, identity: Int[np.ndarray, " trajectories"]) -> Control[Solution]:
+    """What all stages make of these labels, which stand instead of those of key-frames."""
     incumbent = Incumbent((yield from refine_labels(problem, identity)))
     yield from _through_stages(problem, incumbent)
-    return (yield from split_trajectories(problem, incumbent.solution))
+    return incumbent.solution
 
 
 def search(problem: LabellingProblem) -> Control[Solution]:

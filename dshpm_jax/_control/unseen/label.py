@@ -7,10 +7,12 @@ from jaxtyping import Int
 
 from dshpm_jax._control.full.confidence import FinalLabels, finalise
 from dshpm_jax._control.full.objective import Solution
-from dshpm_jax._control.full.search import solve_from
+from dshpm_jax._control.full.search import improved_from
+from dshpm_jax._control.full.split import split_trajectories
 from dshpm_jax._control.prepared_model import prepared
 from dshpm_jax._control.problem import LabellingProblem
 from dshpm_jax._control.tuning import Tuning
+from dshpm_jax._control.unseen.keep import as_the_population_says
 from dshpm_jax._control.unseen.moments import choose_moments
 from dshpm_jax._control.unseen.rounds import PopulationLabels, Seen, population_labels
 from dshpm_jax._marker_set.marker_set import MarkerSet
@@ -43,7 +45,10 @@ def label_unseen(
     permutations = exchanges(markers, settings, tuning)
     found = yield from population_labels(markers, [trajectories], seen, permutations, set_tuning)
     problem = LabellingProblem(trajectories, own_model(markers, found.known), settings, tuning)
-    problem, solution = yield from solve_from(problem, found.identity[0].astype(np.int32))
+    start = found.identity[0].astype(np.int32)
+    solution = yield from improved_from(problem, start)
+    solution = yield from as_the_population_says(problem, start, solution, markers, found.known, set_tuning)
+    problem, solution = yield from split_trajectories(problem, solution)
     return UnseenLabels(problem, solution, found, finalise(problem, solution))
 
 

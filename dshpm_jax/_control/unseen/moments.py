@@ -75,14 +75,14 @@ def _moment(t: Trajectories, frame: int, long: np.ndarray, tuning: SetTuning) ->
     frames = frames[(frames - frame) % step == 0]
     frames = frames[evenly_spaced(len(frames), tuning.moment_frames)]
     points = t.positions(frames, alive)
-    mean, spread, count = _behaviour(points)
+    mean, spread, count = behaviour(points)
     full = is_seen(points).sum(1)
     some = np.sort(np.argsort(-full, kind="stable")[: max(VOLUME_FRAMES * 4, int((full >= 0.9 * full.max()).sum()))])
     places = points[some[evenly_spaced(len(some), VOLUME_FRAMES)]]
     return Moment(frame, alive, mean, spread, count, places)
 
 
-def _behaviour(points: Float[np.ndarray, "frames points 3"]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def behaviour(points: Float[np.ndarray, "frames points 3"]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Mean and standard deviation of all distances, and in how many frames each is seen."""
     count = np.zeros(points.shape[1:2] * 2, int)
     total, square = np.zeros(count.shape), np.zeros(count.shape)
