@@ -17,5 +17,5 @@ def bucket(size: int, buckets: Sequence[int], what: str) -> int:
 
 
 MARKER_BUCKETS = (32, 64, 128, 256)
-START_BUCKETS = (1, 4, 16, 64, 256)
-FOUR_BUCKETS = (128, 256, 512, 1024, 2048, 4096)
+START_BUCKETS = (1, 4, 16, 32, 64, 128, 256)
+FOUR_BUCKETS = (128, 256, 384, 512, 768, 1024, 1536, 2048, 4096)

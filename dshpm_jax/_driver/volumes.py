@@ -2,13 +2,16 @@
 
 import numpy as np
 
-from dshpm_jax._buckets import FOUR_BUCKETS, POINT_BUCKETS, START_BUCKETS, bucket
+from dshpm_jax._buckets import FOUR_BUCKETS, POINT_BUCKETS, bucket
 from dshpm_jax._kernels.signed_volumes import volume_llr
 from dshpm_jax._requests import SignedVolumes
 from dshpm_jax._types import NO_MATCH
 
-FRAMES = (8, 32)
-"""count; frames are padded to these, with points that are not seen."""
+FRAMES = (16,)
+"""count; frames are padded to this, with points that are not seen."""
+
+LABELLINGS = (4, 16)
+"""count; labellings in one call, always: programs of several sizes round differently."""
 
 
 def volumes(requests: list[SignedVolumes]) -> list[np.ndarray]:
@@ -25,11 +28,17 @@ def _of(asked: SignedVolumes) -> np.ndarray:
     seen = np.isfinite(asked.points)
     centre = np.where(seen, asked.points, 0.0).sum(1, keepdims=True) / np.maximum(seen.sum(1, keepdims=True), 1)
     points[: len(asked.points), :own] = asked.points - centre
-    labels = np.full((bucket(count, START_BUCKETS, "labellings"), points.shape[1]), NO_MATCH, np.int32)
-    labels[:count, :own] = asked.labels
     size = bucket(len(asked.fours), FOUR_BUCKETS, "fours")
     fours = np.zeros((size, 4), np.int32)
     mean, sd = np.zeros(size, np.float32), np.full(size, np.inf, np.float32)
     fours[: len(asked.fours)], mean[: len(asked.fours)], sd[: len(asked.fours)] = asked.fours, asked.mean, asked.sd
-    found = volume_llr(points, labels, fours, mean, sd, *(np.float32(x) for x in asked.numbers))
-    return np.asarray(found)[:count, : len(asked.fours)].astype(float)
+    numbers = [np.float32(x) for x in asked.numbers]
+    found = np.zeros((count, len(asked.fours)))
+    most = min(bucket(min(count, LABELLINGS[-1]), LABELLINGS, "labellings"), LABELLINGS[-1])
+    for first in range(0, count, most):
+        some = asked.labels[first : first + most]
+        labels = np.full((most, points.shape[1]), NO_MATCH, np.int32)
+        labels[: len(some), :own] = some
+        llr = np.asarray(volume_llr(points, labels, fours, mean, sd, *numbers))
+        found[first : first + most] = llr[: len(some), : len(asked.fours)]
+    return found

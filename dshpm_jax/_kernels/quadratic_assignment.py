@@ -30,7 +30,8 @@ class PairScores(NamedTuple):
     """What pairs of points say of pairs of markers (nats).
 
     Attributes:
-        table: the score of two markers at each node; on its diagonal what two points of one marker cost.
+        table: the score of two markers at each node, symmetric in them; on its diagonal what two points of one marker
+            cost, the same for all markers.
         node, weight: the nodes of each pair of points, and how much each counts; weight 0 where nothing is known.
         points, markers: which are there.
         unlabelled: what a point without a label scores.
@@ -65,8 +66,9 @@ def climb(scores: PairScores, labels: Int[Array, "problems starts points"], step
     A change gives a point a label that is free, takes its label away, exchanges the labels of two points, or gives an
     unlabelled point the label of another.
     """
-    one = functools.partial(_climb, steps=steps)
-    return jax.vmap(jax.vmap(one, in_axes=(None, 0)))(scores, labels)
+    spread = jax.vmap(_spread_nodes)(scores)
+    one = jax.vmap(_climb, in_axes=(None, None, 0, None))
+    return jax.vmap(one, in_axes=(0, 0, 0, None))(scores, spread, labels, steps)
 
 
 @jax.jit
@@ -128,41 +130,34 @@ class _Climb(NamedTuple):
     step: Int[Array, ""]
 
 
-def _climb(scores: PairScores, labels: Int[Array, " points"], steps: Int[Array, ""]) -> Climbed:
-    benefit, total = _by_hand(scores, labels)
-    start = _Climb(labels, benefit, total, jnp.array(jnp.inf, benefit.dtype), jnp.array(0, jnp.int32))
+def _climb(scores: PairScores, spread: Array, labels: Int[Array, " points"], steps: Int[Array, ""]) -> Climbed:
+    markers = jnp.arange(scores.table.shape[0])
+    benefit = _benefit(scores, spread, (labels[:, None] == markers).astype(scores.table.dtype))
+    alike = jnp.einsum("ikj,k->ij", spread, scores.table[0, :, 0])
+    start = _Climb(labels, benefit, _total(scores, labels, benefit), jnp.full_like(benefit[0, 0], jnp.inf), 0 * steps)
 
     def goes_on(state: _Climb):
         return (state.step < steps) & (state.gained > LEAST_GAIN)
 
-    state = jax.lax.while_loop(goes_on, functools.partial(_best_change, scores), start)
-    return Climbed(state.labels, state.total, state.benefit)
+    state = jax.lax.while_loop(goes_on, functools.partial(_best_change, scores, spread, alike), start)
+    return Climbed(state.labels, _total(scores, state.labels, state.benefit), state.benefit)
 
 
-def _by_hand(scores: PairScores, labels: Int[Array, " points"]):
-    """What each label says for each point by these labels, a partner at a time, and what they score."""
-    markers = scores.table.shape[0]
-
-    def add(benefit, point):
-        return benefit + _said_by(scores, point, labels[point]), None
-
-    benefit = jnp.zeros((len(labels), markers), scores.table.dtype)
-    benefit, _ = jax.lax.scan(add, benefit, jnp.arange(len(labels)))
+def _total(scores: PairScores, labels: Int[Array, " points"], benefit: Float[Array, "points markers"]):
+    """What a labelling scores, each pair once."""
     labelled = labels != NO_MATCH
     own = jnp.take_along_axis(benefit, jnp.maximum(labels, 0)[:, None], 1)[:, 0]
-    alone = (scores.points & ~labelled).sum()
-    return benefit, 0.5 * jnp.where(labelled, own, 0.0).sum() + alone * scores.unlabelled
+    alone = (scores.points & ~labelled).sum().astype(benefit.dtype)
+    return 0.5 * jnp.where(labelled, own, 0.0).sum() + alone * scores.unlabelled
 
 
-def _said_by(scores: PairScores, point: Array, label: Array) -> Float[Array, "points markers"]:
+def _said_by(scores: PairScores, spread: Array, point: Array, label: Array) -> Float[Array, "points markers"]:
     """What a point with a label says of each label for each point; nothing without a label."""
-    table = jnp.take(scores.table, jnp.maximum(label, 0), axis=0)  # symmetric in its markers
-    node, weight = scores.node[:, point], scores.weight[:, point]
-    said = (table[node] * weight[..., None]).sum(1)
+    said = spread[:, :, point] @ scores.table[:, :, jnp.maximum(label, 0)].T
     return jnp.where(label == NO_MATCH, 0.0, said)
 
 
-def _best_change(scores: PairScores, state: _Climb) -> _Climb:
+def _best_change(scores: PairScores, spread: Array, alike: Array, state: _Climb) -> _Climb:
     labels, benefit = state.labels, state.benefit
     count, markers = benefit.shape
     labelled = labels != NO_MATCH
@@ -173,13 +168,11 @@ def _best_change(scores: PairScores, state: _Climb) -> _Climb:
     other = jnp.maximum(held_by, 0)
     held = held_by != NO_MATCH
     # A point takes label a; whoever holds it takes this point's label, or none if it has none.
-    weight, node = scores.weight[:, other], scores.node[:, other]
-    alike = _at(scores.table, jnp.arange(markers), node, jnp.arange(markers), weight)
-    alike_own = _at(scores.table, safe[:, None], node, safe[:, None], weight)
-    between = _at(scores.table, safe[:, None], node, jnp.arange(markers)[None], weight)
+    between = _as_pair(scores, safe[:, None], other[None], jnp.arange(markers)[None])
+    same = alike[:, other]
     exchanged = benefit[other][:, safe].T - own[other]
-    exchange = benefit - own[:, None] + exchanged - alike - alike_own + 2.0 * between
-    take = benefit - alike - own[:, None] - own[other] + scores.unlabelled
+    exchange = benefit - own[:, None] + exchanged - 2.0 * same + 2.0 * between
+    take = benefit - same - own[:, None] - own[other] + scores.unlabelled
     free = benefit - own[:, None]
     gain = jnp.where(held, jnp.where(labelled[:, None], exchange, take), free)
     possible = scores.points[:, None] & scores.markers & (labels[:, None] != jnp.arange(markers))
@@ -196,8 +189,10 @@ def _best_change(scores: PairScores, state: _Climb) -> _Climb:
     lost, safe_loser = loser != NO_MATCH, jnp.maximum(loser, 0)
     changed = labels.at[point].set(after)
     changed = jnp.where(lost, changed.at[safe_loser].set(before), changed)
-    moved = _said_by(scores, point, after) - _said_by(scores, point, before)
-    moved += jnp.where(lost, _said_by(scores, safe_loser, before) - _said_by(scores, safe_loser, after), 0.0)
+    moved = _said_by(scores, spread, point, after) - _said_by(scores, spread, point, before)
+    moved += jnp.where(
+        lost, _said_by(scores, spread, safe_loser, before) - _said_by(scores, spread, safe_loser, after), 0.0
+    )
     go = gained > LEAST_GAIN
     return _Climb(
         jnp.where(go, changed, labels),
@@ -208,6 +203,8 @@ def _best_change(scores: PairScores, state: _Climb) -> _Climb:
     )
 
 
-def _at(table, one, node, other, weight):
-    """The score of pairs of points at their nodes as pairs of markers."""
-    return (table[one[..., None], node, other[..., None]] * weight).sum(-1)
+def _as_pair(scores: PairScores, label: Array, other: Array, other_label: Array) -> Float[Array, "points markers"]:
+    """The score of each point and another one as a pair of markers."""
+    point = jnp.arange(len(scores.node))[:, None]
+    node, weight = scores.node[point, other], scores.weight[point, other]
+    return (scores.table[label[..., None], node, other_label[..., None]] * weight).sum(-1)

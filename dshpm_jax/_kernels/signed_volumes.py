@@ -9,9 +9,6 @@ from dshpm_jax._types import NO_MATCH
 MOST_MARKERS = 256
 """count; markers of a model at most."""
 
-LABELLINGS_AT_ONCE = 16
-"""count; whose volumes are held together."""
-
 
 @jax.jit
 def volume_llr(
@@ -35,7 +32,7 @@ def volume_llr(
     def one(labels):
         return _of_labelling(points, labels, fours, mean, sd, dof, background, limit)
 
-    return jax.lax.map(one, labels, batch_size=LABELLINGS_AT_ONCE)
+    return jax.vmap(one)(labels)
 
 
 def _of_labelling(points, labels, fours, mean, sd, dof, background, limit):

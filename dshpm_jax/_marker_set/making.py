@@ -56,7 +56,7 @@ def marker_set_of(subjects: Mapping[str, Sequence[Recording]], tuning: SetTuning
         spread_log=squares(found.spread_log, count),
         spread_sd=squares(found.spread_sd, count),
         components=squares(found.components, count),
-        fours=handed_fours([one.clips for one in each], tuning),
+        fours=handed_fours([one.clips for one in each], squares(np.exp(found.mean_log), count), tuning),
         model=_typical(markers, each, found),
         odd=odd_subjects(markers, tuple(subjects), found, tuning),
     )

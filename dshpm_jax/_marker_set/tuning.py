@@ -92,6 +92,20 @@ class SetTuning:
         evidence="by hand",
         group="making",
     )
+    fours_near: int = number(
+        9,
+        unit="markers",
+        used="handedness: all fours of a marker and three of so many nearest ones are measured too",
+        evidence="by hand: cost (84 fours a marker)",
+        group="making",
+    )
+    fours_of_pair: int = number(
+        3,
+        unit="fours a pair",
+        used="handedness: how many of the most constant ones each marker keeps with each of the nearest ones",
+        evidence="by hand: wrists are told by these alone",
+        group="making",
+    )
     fours_frames: int = number(
         60,
         unit="frames of a subject",
@@ -323,6 +337,13 @@ class SetTuning:
         unit="labellings",
         used="search: so many of the best are bettered by exchanges",
         evidence="by hand",
+        group="search",
+    )
+    rebuilt_markers: int = number(
+        16,
+        unit="markers",
+        used="search: the labels of so many markers near each one, and of half as many, are given anew",
+        evidence="by hand: the labels of a spine shifted by one need as many",
         group="search",
     )
     exchange_rounds: int = number(

@@ -14,17 +14,25 @@ from dshpm_jax._types import NO_MATCH
 
 @dataclass(frozen=True, eq=False)
 class Handed:
-    """The fours of a set as arrays."""
+    """What a set says besides tables: its fours as arrays, and which markers are near each other.
+
+    Attributes:
+        near: each marker and those nearest to it, a row each.
+    """
 
     fours: Int[np.ndarray, "fours 4"]
     mean: Float[np.ndarray, " fours"]
     sd: Float[np.ndarray, " fours"]
+    near: Int[np.ndarray, "markers near"]
 
     @classmethod
-    def of(cls, markers: MarkerSet) -> "Handed":
+    def of(cls, markers: MarkerSet, tuning: SetTuning) -> "Handed":
         fours = markers.fours
         ids = np.array([four.markers for four in fours], np.int32).reshape(-1, 4)
-        return cls(ids, np.array([four.mean for four in fours]), np.array([four.sd for four in fours]))
+        apart = np.where(np.isfinite(markers.mean_log), markers.mean_log, np.inf)
+        np.fill_diagonal(apart, -np.inf)
+        near = np.argsort(apart, axis=1, kind="stable")[:, : tuning.rebuilt_markers]
+        return cls(ids, np.array([four.mean for four in fours]), np.array([four.sd for four in fours]), near)
 
 
 @dataclass(frozen=True, eq=False)

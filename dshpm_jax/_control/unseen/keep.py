@@ -22,7 +22,7 @@ from dshpm_jax._requests import Control
 from dshpm_jax._trajectories import by_marker
 from dshpm_jax._types import NO_MATCH
 
-FRAMES, VOLUME_FRAMES = 256, 32
+FRAMES, VOLUME_FRAMES = 256, 16
 """count; used in `_worth`: frames in which distances and volumes are measured; by hand: cost."""
 
 
@@ -35,7 +35,7 @@ def as_the_population_says(
     tuning: SetTuning,
 ) -> Control[Solution]:
     """The solution without the changes of the labels `before` that the population is against."""
-    table, handed = score_table(markers, known, tuning), Handed.of(markers)
+    table, handed = score_table(markers, known, tuning), Handed.of(markers, tuning)
     identity = solution.identity.copy()
     worth = None
     for changed in _changes(before, identity):

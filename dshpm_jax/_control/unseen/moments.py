@@ -9,7 +9,7 @@ from dshpm_jax._geometry import evenly_spaced, is_seen, pair_distances
 from dshpm_jax._marker_set.tuning import SetTuning
 from dshpm_jax._trajectories import Trajectories
 
-VOLUME_FRAMES = 24
+VOLUME_FRAMES = 16
 """count; used in `Moment`: frames in which signed volumes are measured; by hand."""
 
 MIN_COMMON = 3

@@ -74,7 +74,7 @@ def population_labels(
         seen: the moments that are looked at.
         permutations: what each label becomes when limbs or sides are exchanged.
     """
-    handed, known = Handed.of(markers), prior_of(markers, tuning)
+    handed, known = Handed.of(markers, tuning), prior_of(markers, tuning)
     table = score_table(markers, known, tuning)
     first = [Judge(one.moment, pair_table(one.moment, table, tuning), handed, tuning) for one in seen]
     answered: list[Answered] = yield Gather(tuple(_first(judge, known, permutations) for judge in first))

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float, Int
 
+from dshpm_jax._control.unseen.chains import chains, drops
 from dshpm_jax._control.unseen.judge import Judge
 from dshpm_jax._control.unseen.starts import assigned
 from dshpm_jax._requests import ClimbLabels, Control, PairTable
@@ -38,6 +39,13 @@ def best_labelling(
         labels, value = yield from _exchanged(judge, found[k], float(values[k]), permutations)
         if value > most:
             best, most = labels, value
+    for _ in range(judge.tuning.exchange_rounds):
+        labels, value = best, most
+        for propose in (_chained, _dropped, _rebuilt):
+            labels, value = yield from _best_of(judge, labels, value, (yield from propose(judge, labels)))
+        if value == most:
+            break
+        best, most = yield from _exchanged(judge, labels, value, permutations)
     return best, most
 
 
@@ -72,16 +80,23 @@ def _exchanged(
     """The labelling after exchanges of labels and limbs, for as long as they pay by pairs and volumes together."""
     for _ in range(judge.tuning.exchange_rounds):
         before = value
-        for propose in (_permuted, _swapped):
-            proposals = yield from propose(judge, labels, permutations)
-            if not len(proposals):
-                continue
-            values = yield from judge.values(proposals)
-            k = int(np.argmax(values))
-            if values[k] > value + judge.tuning.min_exchange_gain:
-                labels, value = proposals[k], float(values[k])
+        labels, value = yield from _best_of(judge, labels, value, (yield from _permuted(judge, labels, permutations)))
+        labels, value = yield from _best_of(judge, labels, value, (yield from _swapped(judge, labels)))
         if value == before:
             break
+    return labels, value
+
+
+def _best_of(
+    judge: Judge, labels: _Labels, value: float, proposals: Int[np.ndarray, "proposals points"]
+) -> Control[tuple[_Labels, float]]:
+    """The best of the proposals if it is clearly better than the labelling, else that."""
+    if not len(proposals):
+        return labels, value
+    values = yield from judge.values(proposals)
+    k = int(np.argmax(values))
+    if values[k] > value + judge.tuning.min_exchange_gain:
+        return proposals[k], float(values[k])
     return labels, value
 
 
@@ -100,9 +115,50 @@ def _permuted(
     return np.concatenate([proposals, climbed.labels])
 
 
-def _swapped(
-    judge: Judge, labels: _Labels, permutations: Sequence[np.ndarray]
-) -> Control[Int[np.ndarray, "proposals points"]]:
+def _chained(judge: Judge, labels: _Labels) -> Control[Int[np.ndarray, "proposals points"]]:
+    """The labelling after chains of labels, each as it is."""
+    judged = yield ClimbLabels(judge.pairs, labels[None], 0)
+    found = distinct(list(chains(labels, judged.benefit[0], judge.pairs.unlabelled)))
+    return np.stack(found) if found else np.zeros((0, len(labels)), int)
+
+
+def _dropped(judge: Judge, labels: _Labels) -> Control[Int[np.ndarray, "proposals points"]]:
+    """The labelling without the labels that pairs and volumes are against."""
+    labelled = np.flatnonzero(labels != NO_MATCH)
+    if not len(labelled):
+        return np.zeros((0, len(labels)), int)
+    single = np.repeat(labels[None], len(labelled), axis=0)
+    single[np.arange(len(labelled)), labelled] = NO_MATCH
+    return np.stack(list(drops(labels, (yield from judge.values(single)))))
+
+
+def _rebuilt(judge: Judge, labels: _Labels) -> Control[Int[np.ndarray, "proposals points"]]:
+    """The labelling with the labels around each marker given anew: no single change leads out of a shift by one."""
+    near = judge.handed.near
+    sets = [row[:count] for count in (near.shape[1] // 2, near.shape[1]) for row in near]
+    bare = [np.where(np.isin(labels, some), NO_MATCH, labels) for some in sets]
+    bare = [one for one in distinct(bare) if (one != labels).any()]
+    if not bare:
+        return np.zeros((0, len(labels)), int)
+    judged = yield ClimbLabels(judge.pairs, np.stack(bare), 0)
+    filled = [_filled(judge, *each) for each in zip(judged.labels, judged.benefit, strict=True)]
+    filled = [one for one in distinct(filled) if (one != labels).any()]
+    if not filled:
+        return np.zeros((0, len(labels)), int)
+    climbed = yield ClimbLabels(judge.pairs, np.stack(filled), CLIMBS_AFTER_EXCHANGE)
+    return climbed.labels
+
+
+def _filled(judge: Judge, labels: _Labels, benefit: Float[np.ndarray, "points markers"]) -> _Labels:
+    """The labelling with free labels given to points without one, by what the labelled ones say."""
+    points, free = np.flatnonzero(labels == NO_MATCH), np.setdiff1d(np.arange(benefit.shape[1]), labels)
+    given = assigned(benefit[np.ix_(points, free)], judge.pairs.unlabelled)
+    labels = labels.copy()
+    labels[points] = np.where(given == NO_MATCH, NO_MATCH, free[np.maximum(given, 0)]) if len(free) else NO_MATCH
+    return labels
+
+
+def _swapped(judge: Judge, labels: _Labels) -> Control[Int[np.ndarray, "proposals points"]]:
     """The labelling with two labels exchanged, the most promising by pairs."""
     judged = yield ClimbLabels(judge.pairs, labels[None], 0)
     labelled = np.flatnonzero(labels != NO_MATCH)
