@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from dshpm_jax._labelling import Labelling as Labelling
 from dshpm_jax._labelling import Reason as Reason
 from dshpm_jax._marker_set import MarkerSet as MarkerSet
+from dshpm_jax._marker_set import Member as Member
 from dshpm_jax._model import Segment as Segment
 from dshpm_jax._model import SubjectModel as SubjectModel
 from dshpm_jax._recording import Recording as Recording
@@ -53,6 +54,7 @@ if TYPE_CHECKING:
     from dshpm_jax._scoring import RmsResidual as RmsResidual
     from dshpm_jax._scoring import RobustResidual as RobustResidual
     from dshpm_jax._scoring import ToleranceScore as ToleranceScore
+    from dshpm_jax._unseen import find_subject as find_subject
 
     __version__: str
 
@@ -65,6 +67,7 @@ __all__ = [
     "Driver",
     "evaluation",
     "Filled",
+    "find_subject",
     "Finding",
     "Found",
     "GaussianCandidate",
@@ -78,6 +81,7 @@ __all__ = [
     "MarkerSet",
     "MaxResidual",
     "MeanResidual",
+    "Member",
     "Motion",
     "read",
     "read_marker_set",
@@ -127,6 +131,7 @@ _ON_DEMAND = {
     "RmsResidual": "_scoring",
     "RobustResidual": "_scoring",
     "ToleranceScore": "_scoring",
+    "find_subject": "_unseen",
 }
 _ROOMS = ("evaluation", "io", "report", "synthesis")
 

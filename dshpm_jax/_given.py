@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from dshpm_jax import io
-from dshpm_jax._marker_set import MarkerSet
+from dshpm_jax._marker_set import MarkerSet, Member
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._recording import Recording
 from dshpm_jax._settings import Settings
@@ -12,12 +12,12 @@ from dshpm_jax._subjects import combine_models
 
 GivenRecording = Recording | str | Path
 GivenModel = SubjectModel | str | Path
-GivenModelOrSet = GivenModel | MarkerSet
+GivenModelOrSet = GivenModel | MarkerSet | Member
 GivenModels = GivenModel | Sequence[GivenModel] | Mapping[str, GivenModel]
 
 
 def recording_of(
-    given: GivenRecording, model: SubjectModel | MarkerSet | None = None, settings: Settings | None = None
+    given: GivenRecording, model: SubjectModel | MarkerSet | Member | None = None, settings: Settings | None = None
 ) -> Recording:
     """A recording, read if it is given as a file (`ReadError` if it cannot be).
 
@@ -28,7 +28,8 @@ def recording_of(
     if isinstance(given, Recording):
         return given
     how = Settings() if settings is None else settings
-    markers = () if model is None else model.markers
+    known = model.model if isinstance(model, Member) else model
+    markers = () if known is None else known.markers
     return io.read(given, how.unlabelled, [*io.kept(markers), *how.drop], how.frozen_gaps)
 
 
@@ -53,8 +54,8 @@ def model_of(given: GivenModels) -> SubjectModel:
     return combine_models([model_of(one) for one in given])
 
 
-def model_or_set_of(given: GivenModels | MarkerSet) -> SubjectModel | MarkerSet:
+def model_or_set_of(given: GivenModels | MarkerSet | Member) -> SubjectModel | MarkerSet | Member:
     """What a recording is to be labelled with: the model of its subject or subjects, or a marker set."""
-    if isinstance(given, MarkerSet):
+    if isinstance(given, MarkerSet | Member):
         return given
     return io.read_model_or_set(given) if isinstance(given, str | Path) else model_of(given)

@@ -19,7 +19,7 @@ from dshpm_jax._given import (
     recording_of,
 )
 from dshpm_jax._labelling import Labelling
-from dshpm_jax._marker_set import MarkerSet
+from dshpm_jax._marker_set import MarkerSet, Member
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._pretracking import pretrack
 from dshpm_jax._recording import Recording
@@ -30,7 +30,7 @@ from dshpm_jax._trajectories import Trajectories, from_columns
 
 def label(
     recording: GivenRecording,
-    model: GivenModels | MarkerSet,
+    model: GivenModels | MarkerSet | Member,
     settings: Settings | None = None,
     driver: Driver | None = None,
     tuning: Tuning = TUNING,
@@ -42,7 +42,8 @@ def label(
             are ignored.
         model: see `SubjectModel.from_recordings`, or its file; for several subjects a model of each, best with their
             names, which go before the markers' names (see `combine_models`). Or a `MarkerSet`, or its file, for a
-            subject of whom nothing is labelled; the model of the answer is then the subject's own.
+            subject of whom nothing is labelled; the model of the answer is then the subject's own. A `Member` of a set
+            is a subject whose model was found before (`find_subject`).
         settings: the method and its parameters.
         driver: holds the scores (`Driver(candidate_score=..., match_score=...)`).
         tuning: the numbers of the full method, for who develops it.
@@ -57,7 +58,7 @@ def label(
     known = model_or_set_of(model)
     recording = recording_of(recording, known, settings)
     rescaled = settings is not None and settings.rescale
-    typical = known.model if isinstance(known, MarkerSet) else known
+    typical = known if isinstance(known, SubjectModel) else known.model
     if not rescaled and (doubt := size_doubt(recording, typical)):
         warnings.warn(doubt, stacklevel=2)
     return next(label_many([recording], known, settings, driver, tuning))
@@ -94,7 +95,9 @@ def label_many(
         yield _labelling(recording, answer)
 
 
-def _one_for_each(models: GivenModelOrSet | Sequence[GivenModelOrSet], count: int) -> list[SubjectModel | MarkerSet]:
+def _one_for_each(
+    models: GivenModelOrSet | Sequence[GivenModelOrSet], count: int
+) -> list[SubjectModel | MarkerSet | Member]:
     """A model for each of so many recordings; a file is read once, however often it is given."""
     if isinstance(models, GivenModelOrSet):
         return [model_or_set_of(models)] * count

@@ -26,7 +26,7 @@ LEVELS = [
     {"_labelling", "_requests"},
     {"_kernels", "io", "synthesis", "_given", "_size"},
     {"_driver", "_control", "_pretracking", "_reading"},
-    {"_label", "_live", "_check"},
+    {"_label", "_live", "_check", "_unseen"},
     {"evaluation", "report", "_reconstruction"},
     {"_archive", "_demo", "_experiments", "_model_choice"},
     {"_commands"},

@@ -11,11 +11,12 @@ from dshpm_jax._archive.compiling import notice_of_compiling
 from dshpm_jax._archive.hashes import INPUT, MODEL, SETTINGS, hash_file, hash_settings, read_models
 from dshpm_jax._archive.jobs import Job
 from dshpm_jax._archive.outcomes import Outcome, failed, figures_of, judged, passed_over, without_points
+from dshpm_jax._archive.own_models import member_of
 from dshpm_jax._archive.results import ResultKept, write_result
 from dshpm_jax._compile_cache import cache_programs
 from dshpm_jax._given import recording_of
 from dshpm_jax._labelling import Labelling
-from dshpm_jax._marker_set import MarkerSet
+from dshpm_jax._marker_set import MarkerSet, Member
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._outcomes import KEPT
 from dshpm_jax._recording import Recording
@@ -31,7 +32,7 @@ _log = logging.getLogger(__name__)
 class _Loaded:
     job: Job
     recording: Recording
-    model: SubjectModel | MarkerSet
+    model: SubjectModel | MarkerSet | Member
     hashes: dict[str, str]
 
 
@@ -48,7 +49,7 @@ def label_batch(jobs: Sequence[Job], out: Path, settings: Settings, notice: Noti
         try:
             if job.models not in models:
                 models[job.models] = read_models(job.models)
-            loaded.append(_load(job, *models[job.models], settings))
+            loaded.append(_load(job, *models[job.models], out, settings))
         except Exception as error:
             yield passed_over(job, error) if without_points(error) else failed(job, error)
     frames = [item.recording.num_frames for item in loaded]
@@ -92,10 +93,13 @@ class _Watch:
         return round(self._per_frame * frames[0], 3)
 
 
-def _load(job: Job, model: SubjectModel | MarkerSet, model_hash: str, settings: Settings) -> _Loaded:
+def _load(job: Job, model: SubjectModel | MarkerSet, model_hash: str, out: Path, settings: Settings) -> _Loaded:
     # Hashed before it is read: if it changes meanwhile, the hash after labelling is another.
     hashes = {INPUT: hash_file(job.source), SETTINGS: hash_settings(settings), MODEL: model_hash}
-    return _Loaded(job, recording_of(job.source, model, settings), model, hashes)
+    recording = recording_of(job.source, model, settings)
+    if isinstance(model, MarkerSet) and job.beside:
+        return _Loaded(job, recording, member_of(job, model, model_hash, out, settings), hashes)
+    return _Loaded(job, recording, model, hashes)
 
 
 def _answers(loaded: Sequence[_Loaded], settings: Settings, notice: Notice) -> Iterator[Labelling | Exception]:

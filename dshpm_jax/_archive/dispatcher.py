@@ -154,4 +154,5 @@ class _Dispatcher:
 
 def _absolute(job: Job) -> Job:
     """For workers that may run in another folder."""
-    return dataclasses.replace(job, source=job.source.absolute(), models=tuple(p.absolute() for p in job.models))
+    models, beside = (tuple(path.absolute() for path in paths) for paths in (job.models, job.beside))
+    return dataclasses.replace(job, source=job.source.absolute(), models=models, beside=beside)

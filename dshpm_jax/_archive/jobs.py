@@ -8,10 +8,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from dshpm_jax import io
+from dshpm_jax._geometry import evenly_spaced
 from dshpm_jax._messages import UsageError
 
 MODEL_NAME = "model.json"
 SUMMARY_NAME = "summary.csv"  # of a run, in the folder of its results
+
+MOST_BESIDE = 6
+"""count; used in `with_those_beside`: recordings of a folder by which the model of its subject is found; by hand: each
+takes as long as labelling it, and sizes are known after a few."""
 
 
 @dataclass(frozen=True)
@@ -25,6 +30,8 @@ class Job:
         problem: why it cannot be labelled at all, or nothing.
         clashes: whether `target` is the result of another recording.
         page: whether a page in which it plays is made with the result.
+        beside: where it is labelled by a marker set, recordings of the same subject by which their model is found,
+            itself included; none where each recording stands for a subject of its own.
     """
 
     source: Path
@@ -33,6 +40,7 @@ class Job:
     problem: str = ""
     clashes: bool = False
     page: bool = False
+    beside: tuple[Path, ...] = ()
 
     @property
     def sidecar(self) -> Path:
@@ -61,7 +69,27 @@ def find_jobs(inputs: Sequence[Path], models: Sequence[Path], out: Path, same_fo
     for place in (*(job.target for job in jobs), SUMMARY_NAME):
         if (out / place).resolve() in originals:
             raise UsageError(f"{out / place}: would overwrite an input; give another folder for the results")
-    return [_beside_the_summary(job) for job in jobs]
+    return with_those_beside([_beside_the_summary(job) for job in jobs])
+
+
+def with_those_beside(jobs: Sequence[Job]) -> list[Job]:
+    """The jobs that are labelled by a marker set, with the recordings by which their subject's model is found.
+
+    These are spread evenly over all of one folder with one set whose results lie together, in the order of their names.
+    """
+    sets = {models for models in {job.models for job in jobs} if len(models) == 1 and io.is_marker_set(models[0])}
+    groups: dict[tuple, list[Path]] = {}
+    for job in jobs:
+        if job.models in sets and not job.problem:
+            groups.setdefault(_subject_of(job), []).append(job.source)
+    for key, sources in groups.items():
+        ordered = sorted(sources)
+        groups[key] = [ordered[k] for k in evenly_spaced(len(ordered), MOST_BESIDE)]
+    return [dataclasses.replace(job, beside=tuple(groups.get(_subject_of(job), ()))) for job in jobs]
+
+
+def _subject_of(job: Job) -> tuple:
+    return job.models, job.source.parent, job.target.parent
 
 
 def _beside_the_summary(job: Job) -> Job:

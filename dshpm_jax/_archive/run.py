@@ -10,6 +10,7 @@ from dshpm_jax._archive.batch import Notice, label_batch
 from dshpm_jax._archive.jobs import Job
 from dshpm_jax._archive.manifest import Manifest, Row
 from dshpm_jax._archive.outcomes import Outcome
+from dshpm_jax._archive.own_models import forget_own_models
 from dshpm_jax._archive.result_status import Due, ResultStatus
 from dshpm_jax._archive.results import remove_unfinished
 from dshpm_jax._messages import UsageError
@@ -81,6 +82,8 @@ def label_archive(jobs: Sequence[Job], order: Order, executor: Executor = label_
     try:
         manifest = Manifest(order.out, order.shard)
         remove_unfinished(jobs, order.out)
+        if order.force:
+            forget_own_models(jobs, order.out)
     except OSError as error:
         remedy = "give another folder for the results"
         raise UsageError(f"{order.out}: cannot be written ({error.strerror}); {remedy}") from None

@@ -40,7 +40,7 @@ def add_options(label: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="MODEL",
-        help="once for each subject; otherwise the nearest model.json of each file",
+        help="once for each subject, or a marker set; otherwise the nearest model.json of each file",
     )
     label.add_argument(
         "--format", choices=("c3d", "same"), default="c3d", help="of the results: C3D, or that of each recording"
@@ -58,6 +58,11 @@ def _add_how(how: argparse._ArgumentGroup) -> None:
         action="store_true",
         default=None,
         help="the model is another subject's of the same marker set: make it fit each recording first (slow)",
+    )
+    how.add_argument(
+        "--apart",
+        action="store_true",
+        help="with a marker set: recordings of one folder are of different subjects",
     )
     how.add_argument(
         "--confidence", type=float, metavar="X", help="labels less likely to be right stay away (default: 0.7)"
@@ -97,6 +102,8 @@ def run(arguments: argparse.Namespace) -> int:
         say(f"looking for recordings in {_listed(arguments.inputs)}")
     jobs = find_jobs(arguments.inputs, arguments.model, arguments.out, arguments.format == "same")
     jobs = [dataclasses.replace(job, page=not arguments.no_pages) for job in jobs]
+    if arguments.apart:
+        jobs = [dataclasses.replace(job, beside=()) for job in jobs]
     order = Order(arguments.out, settings, arguments.force, arguments.shard, arguments.workers or 1)
     if order.shard:
         jobs = in_shard(jobs, order.shard)

@@ -15,7 +15,7 @@ from dshpm_jax._control.tuning import TUNING, Tuning
 from dshpm_jax._control.unseen.label import label_unseen
 from dshpm_jax._control.uses.population import rescaled
 from dshpm_jax._labelling import Reason
-from dshpm_jax._marker_set import MarkerSet
+from dshpm_jax._marker_set import MarkerSet, Member
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._requests import Control, CountFits, Gather
 from dshpm_jax._settings import Settings
@@ -47,10 +47,10 @@ class Answer:
 
 
 def label_control(
-    trajectories: Trajectories, model: SubjectModel | MarkerSet, settings: Settings, tuning: Tuning = TUNING
+    trajectories: Trajectories, model: SubjectModel | MarkerSet | Member, settings: Settings, tuning: Tuning = TUNING
 ) -> Control[Answer]:
     """The control for one recording."""
-    if isinstance(model, MarkerSet):
+    if isinstance(model, MarkerSet | Member):
         return (yield from _unseen(trajectories, model, settings, tuning))
     if settings.rescale:
         model = yield from rescaled(trajectories, model, settings, tuning)
@@ -69,18 +69,25 @@ def _full(problem: LabellingProblem) -> Control[Answer]:
     return Answer(problem.model, problem.trajectories, *labels, fits)
 
 
-def _unseen(trajectories: Trajectories, markers: MarkerSet, settings: Settings, tuning: Tuning) -> Control[Answer]:
+def _unseen(
+    trajectories: Trajectories, subject: MarkerSet | Member, settings: Settings, tuning: Tuning
+) -> Control[Answer]:
     """A subject of whom nothing is labelled."""
+    check_for_sets(settings)
+    found = yield from label_unseen(trajectories, subject, settings, tuning)
+    final = found.final
+    fits: int = yield CountFits()
+    labels = final.identity, final.confidence, final.reason, final.could_be, final.model_fit
+    return Answer(found.problem.model, found.problem.trajectories, *labels, fits)
+
+
+def check_for_sets(settings: Settings) -> None:
+    """Raises ValueError where the settings are none for a marker set."""
     if settings.method != "full" or settings.rescale:
         raise ValueError(
             'a marker set labels with the method "full" and finds the size of the subject itself; give no other method '
             "and leave out --rescale"
         )
-    found = yield from label_unseen(trajectories, markers, settings, tuning)
-    final = found.final
-    fits: int = yield CountFits()
-    labels = final.identity, final.confidence, final.reason, final.could_be, final.model_fit
-    return Answer(found.problem.model, found.problem.trajectories, *labels, fits)
 
 
 def _dynamic(problem: LabellingProblem) -> Control[PartialLabels]:

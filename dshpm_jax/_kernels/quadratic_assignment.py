@@ -19,6 +19,9 @@ from dshpm_jax._types import NO_MATCH
 SINKHORN_ROUNDS = 15
 """count; used in `soften`: rows and columns are normalised in turn this often; by hand: they change little after."""
 
+USUAL_PARTNERS = 20.0
+"""count; used in `soften`: of more partners the mean of so many counts, as all of them say much the same; by hand."""
+
 LEAST_GAIN = 1e-2
 """nats; used in `climb`: smaller gains are rounding."""
 
@@ -90,9 +93,9 @@ def soften(
 
 def _spread_nodes(scores: PairScores) -> Float[Array, "points nodes points"]:
     """The weight that each pair of points has at each node."""
-    nodes = jnp.arange(scores.table.shape[1])
+    nodes = jnp.arange(scores.table.shape[1], dtype=scores.node.dtype)[None, :, None]
     corners = jnp.moveaxis(scores.node, -1, 0), jnp.moveaxis(scores.weight, -1, 0)
-    parts = [jnp.where(node[:, None] == nodes[:, None], weight[:, None], 0.0) for node, weight in zip(*corners)]
+    parts = [jnp.where(node[:, None] == nodes, weight[:, None], 0.0) for node, weight in zip(*corners)]
     return functools.reduce(jnp.add, parts)
 
 
@@ -103,14 +106,15 @@ def _benefit(scores: PairScores, spread: Array, share: Float[Array, "points mark
 
 
 def _soften(scores: PairScores, spread: Array, start: Array, sharpness: Float[Array, " steps"]) -> Array:
-    partners = jnp.maximum(jnp.minimum(scores.points.sum(), scores.markers.sum()), 1)
-    possible = scores.points[:, None] & scores.markers
-    many = jnp.maximum(1.0, partners / 20.0)
+    possible = scores.points[:, None] & scores.markers[None]
+    there = possible.astype(start.dtype)
+    partners = jnp.minimum(scores.points.sum(), scores.markers.sum()).astype(start.dtype)
+    many = jnp.maximum(1.0, partners / USUAL_PARTNERS)
 
     def step(share, sharp):
         benefit = jnp.where(possible, _benefit(scores, spread, share) / many, -jnp.inf)
         top = jnp.maximum(benefit.max(1, keepdims=True), -1e6)
-        share = jnp.exp(jnp.maximum(sharp * (benefit - top), -60.0)) * possible
+        share = jnp.exp(jnp.maximum(sharp * (benefit - top), -60.0)) * there
 
         def normalise(share, _):
             share = share / (share.sum(1, keepdims=True) + SLACK)
@@ -118,23 +122,23 @@ def _soften(scores: PairScores, spread: Array, start: Array, sharpness: Float[Ar
 
         return jax.lax.scan(normalise, share, None, length=SINKHORN_ROUNDS)[0], None
 
-    share = jax.lax.scan(step, start * possible, sharpness)[0]
+    share = jax.lax.scan(step, start * there, sharpness)[0]
     return _benefit(scores, spread, share)
 
 
 class _Climb(NamedTuple):
     labels: Int[Array, " points"]
     benefit: Float[Array, "points markers"]
-    total: Float[Array, ""]
     gained: Float[Array, ""]
     step: Int[Array, ""]
 
 
 def _climb(scores: PairScores, spread: Array, labels: Int[Array, " points"], steps: Int[Array, ""]) -> Climbed:
-    markers = jnp.arange(scores.table.shape[0])
+    markers = jnp.arange(scores.table.shape[0], dtype=labels.dtype)[None]
     benefit = _benefit(scores, spread, (labels[:, None] == markers).astype(scores.table.dtype))
     alike = jnp.einsum("ikj,k->ij", spread, scores.table[0, :, 0])
-    start = _Climb(labels, benefit, _total(scores, labels, benefit), jnp.full_like(benefit[0, 0], jnp.inf), 0 * steps)
+    gained = jnp.full_like(scores.unlabelled, jnp.inf)
+    start = _Climb(labels, benefit, gained, jnp.zeros_like(steps))
 
     def goes_on(state: _Climb):
         return (state.step < steps) & (state.gained > LEAST_GAIN)
@@ -158,53 +162,51 @@ def _said_by(scores: PairScores, spread: Array, point: Array, label: Array) -> F
 
 
 def _best_change(scores: PairScores, spread: Array, alike: Array, state: _Climb) -> _Climb:
+    gain, held_by = _gains(scores, alike, state)
+    markers = gain.shape[1] - 1
+    best = jnp.argmax(gain).astype(state.labels.dtype)
+    point, label = best // (markers + 1), best % (markers + 1)
+    gained = gain.ravel()[best]
+    before = state.labels[point]
+    after = jnp.where(label == markers, NO_MATCH, label)
+    loser = jnp.where(label == markers, NO_MATCH, held_by[jnp.minimum(label, markers - 1)])
+    lost, safe_loser = loser != NO_MATCH, jnp.maximum(loser, 0)
+    changed = state.labels.at[point].set(after)
+    changed = jnp.where(lost, changed.at[safe_loser].set(before), changed)
+    said = functools.partial(_said_by, scores, spread)
+    moved = said(point, after) - said(point, before)
+    moved += jnp.where(lost, said(safe_loser, before) - said(safe_loser, after), 0.0)
+    go = gained > LEAST_GAIN
+    labels = jnp.where(go, changed, state.labels)
+    return _Climb(labels, jnp.where(go, state.benefit + moved, state.benefit), gained, state.step + 1)
+
+
+def _gains(scores: PairScores, alike: Array, state: _Climb) -> tuple[Array, Array]:
+    """What each change gains, a label in each column and none in the last; and which point holds each label.
+
+    A point takes a label; whoever holds it takes this point's, or none if it has none.
+    """
     labels, benefit = state.labels, state.benefit
     count, markers = benefit.shape
-    labelled = labels != NO_MATCH
-    safe = jnp.maximum(labels, 0)
+    in_order = jnp.arange(markers, dtype=labels.dtype)[None]
+    labelled, safe = labels != NO_MATCH, jnp.maximum(labels, 0)
     own = jnp.where(labelled, jnp.take_along_axis(benefit, safe[:, None], 1)[:, 0], scores.unlabelled)
     held_by = jnp.full(markers + 1, NO_MATCH, labels.dtype)
     held_by = held_by.at[jnp.where(labelled, labels, markers)].set(jnp.arange(count, dtype=labels.dtype))[:markers]
-    other = jnp.maximum(held_by, 0)
-    held = held_by != NO_MATCH
-    # A point takes label a; whoever holds it takes this point's label, or none if it has none.
-    between = _as_pair(scores, safe[:, None], other[None], jnp.arange(markers)[None])
-    same = alike[:, other]
-    exchanged = benefit[other][:, safe].T - own[other]
-    exchange = benefit - own[:, None] + exchanged - 2.0 * same + 2.0 * between
-    take = benefit - same - own[:, None] - own[other] + scores.unlabelled
+    other, held = jnp.maximum(held_by, 0), held_by != NO_MATCH
+    between = _as_pair(scores, safe[:, None], other[None], in_order)
+    same, own_of_other = alike[:, other], own[other][None]
     free = benefit - own[:, None]
-    gain = jnp.where(held, jnp.where(labelled[:, None], exchange, take), free)
-    possible = scores.points[:, None] & scores.markers & (labels[:, None] != jnp.arange(markers))
-    gain = jnp.where(possible, gain, -jnp.inf)
+    exchange = free + benefit[other][:, safe].T - own_of_other - 2.0 * same + 2.0 * between
+    take = free - same - own_of_other + scores.unlabelled
+    gain = jnp.where(held[None], jnp.where(labelled[:, None], exchange, take), free)
+    possible = scores.points[:, None] & scores.markers[None] & (labels[:, None] != in_order)
     drop = jnp.where(labelled, scores.unlabelled - own, -jnp.inf)
-    gain = jnp.concatenate([gain, drop[:, None]], axis=1)
-    best = jnp.argmax(gain)
-    point, label = (best // (markers + 1)).astype(labels.dtype), (best % (markers + 1)).astype(labels.dtype)
-    gained = gain.ravel()[best]
-    dropped = label == markers
-    before = labels[point]
-    after = jnp.where(dropped, NO_MATCH, label)
-    loser = jnp.where(dropped, NO_MATCH, held_by[jnp.minimum(label, markers - 1)])
-    lost, safe_loser = loser != NO_MATCH, jnp.maximum(loser, 0)
-    changed = labels.at[point].set(after)
-    changed = jnp.where(lost, changed.at[safe_loser].set(before), changed)
-    moved = _said_by(scores, spread, point, after) - _said_by(scores, spread, point, before)
-    moved += jnp.where(
-        lost, _said_by(scores, spread, safe_loser, before) - _said_by(scores, spread, safe_loser, after), 0.0
-    )
-    go = gained > LEAST_GAIN
-    return _Climb(
-        jnp.where(go, changed, labels),
-        jnp.where(go, benefit + moved, benefit),
-        jnp.where(go, state.total + gained, state.total),
-        gained,
-        state.step + 1,
-    )
+    return jnp.concatenate([jnp.where(possible, gain, -jnp.inf), drop[:, None]], axis=1), held_by
 
 
 def _as_pair(scores: PairScores, label: Array, other: Array, other_label: Array) -> Float[Array, "points markers"]:
     """The score of each point and another one as a pair of markers."""
-    point = jnp.arange(len(scores.node))[:, None]
+    point = jnp.arange(len(scores.node), dtype=other.dtype)[:, None]
     node, weight = scores.node[point, other], scores.weight[point, other]
     return (scores.table[label[..., None], node, other_label[..., None]] * weight).sum(-1)

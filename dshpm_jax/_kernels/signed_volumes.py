@@ -47,8 +47,8 @@ def _of_labelling(points, labels, fours, mean, sd, dof, background, limit):
     edges = jnp.linalg.norm(a, axis=-1) * jnp.linalg.norm(b, axis=-1) * jnp.linalg.norm(c, axis=-1)
     volume = (a * jnp.cross(b, c)).sum(-1) / jnp.maximum(edges, 1e-9)
     seen = jnp.isfinite(volume)
-    count = seen.sum(0)
-    volume = jnp.where(seen, volume, 0.0).sum(0) / jnp.maximum(count, 1)
+    count = seen.sum(0).astype(volume.dtype)
+    volume = jnp.where(seen, volume, 0.0).sum(0) / jnp.maximum(count, 1.0)
     z, far = (volume - mean) / sd, volume / background
     llr = -0.5 * (dof + 1) * jnp.log1p(z * z / dof) - jnp.log(sd) + 0.5 * far * far + jnp.log(background)
     return jnp.where(known & (count > 0) & jnp.isfinite(sd), jnp.clip(llr, -limit, limit), 0.0)

@@ -7,6 +7,7 @@ from jaxtyping import Float
 
 from dshpm_jax._marker_set.marker_set import MarkerSet, pairs_of, squares
 from dshpm_jax._marker_set.tuning import TUNING, SetTuning
+from dshpm_jax._model import SubjectModel
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,3 +66,12 @@ def posterior_of(
     spread += tuning.posterior_floor**2
     count = markers.num_markers
     return Posterior(squares(expected, count), squares(spread, count), float(found[0] * tuning.size_sd))
+
+
+def posterior_of_model(markers: MarkerSet, model: SubjectModel, tuning: SetTuning = TUNING) -> Posterior:
+    """What is expected of a subject whose model was found before."""
+    rows, columns = pairs_of(markers.num_markers)
+    distance = model.pair_mean[rows, columns]
+    known = np.isfinite(distance) & (distance > 0)
+    log = np.where(known, np.log(np.where(known, distance, 1.0)), np.nan)
+    return posterior_of(markers, squares(log, markers.num_markers, np.nan), tuning)

@@ -10,6 +10,7 @@ from dshpm_jax.io._how import kept as kept
 from dshpm_jax.io._labelled import write_labelled as write_labelled
 from dshpm_jax.io._model_file import SUBJECT_FILES as SUBJECT_FILES
 from dshpm_jax.io._model_file import is_model as is_model
+from dshpm_jax.io._model_file import made_from as made_from
 from dshpm_jax.io._model_file import read_model as read_model
 from dshpm_jax.io._model_file import write_model as write_model
 from dshpm_jax.io._read import SUFFIXES as SUFFIXES

@@ -1,6 +1,7 @@
 """Subject models as JSON that people can read, compare and correct."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +25,9 @@ and says that the model is to be made again."""
 SET_KIND = "marker set"
 """The entry `kind` of the file of a marker set (`_set_file`); a subject's model has none."""
 
+MADE = "made"
+"""The entry that says from what a model was found that nobody labelled; it is no part of the model."""
+
 DROPPED = ("pair_low", "pair_high", "pair_frames")
 """Tables of version 1 that nothing read."""
 
@@ -43,12 +47,15 @@ _REMEDY = "make it again with 'dshpm-jax model' or correct that entry"
 _LABEL_FIRST = "label a recording with it: 'dshpm-jax label' keeps the subject's own model beside the results"
 
 
-def write_model(model: SubjectModel, path: str | Path) -> None:
+def write_model(model: SubjectModel, path: str | Path, made: Mapping[str, Any] | None = None) -> None:
     """Writes a model as JSON, whole or not at all: a line for each row of a table, lengths rounded to 1e-4 mm.
 
     What is at `path` is replaced, whatever it is; the folder must be there.
+
+    Arguments:
+        made: by what and from what the model was made, for who wonders (`made_from` reads it).
     """
-    head = {"format": FORMAT, "version": VERSION}
+    head = {"format": FORMAT, "version": VERSION} | ({MADE: dict(made)} if made else {})
     write_whole(Path(path), [(layout(head | encode(model)) + "\n").encode(errors="backslashreplace")])
 
 
@@ -72,6 +79,7 @@ def read_model(path: str | Path, markers: str | Path | None = None) -> SubjectMo
         raise ReadError(path, "is a marker set, the model of nobody in particular", _LABEL_FIRST)
     if (version := found.pop("version", None)) not in (1, VERSION):
         raise ReadError(path, f"has version {version}, this program knows 1 and {VERSION}", "make it again")
+    found.pop(MADE, None)
     if version == 1:
         _from_version_1(found)
     try:
@@ -80,6 +88,15 @@ def read_model(path: str | Path, markers: str | Path | None = None) -> SubjectMo
     except ValueError as error:
         raise ReadError(path, str(error), _REMEDY) from None
     return model
+
+
+def made_from(path: str | Path) -> dict[str, Any] | None:
+    """By what and from what a model was made, where its file says so; None for other files."""
+    try:
+        found = read_entries(Path(path)).get(MADE)
+    except (ReadError, OSError):
+        return None
+    return found if isinstance(found, dict) else None
 
 
 def read_entries(path: Path) -> dict[str, Any]:

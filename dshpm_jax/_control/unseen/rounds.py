@@ -8,6 +8,7 @@ from jaxtyping import Float, Int
 
 from dshpm_jax._control.full.assignment import assign_labels
 from dshpm_jax._control.unseen.judge import Handed, Judge
+from dshpm_jax._control.unseen.margins import Margins, margins_of, together
 from dshpm_jax._control.unseen.moments import Moment
 from dshpm_jax._control.unseen.search import best_labelling
 from dshpm_jax._control.unseen.starts import shape_starts, soft_starts
@@ -51,12 +52,14 @@ class PopulationLabels:
         identity: for each recording the marker of each trajectory, `NO_MATCH` where none is found.
         agreement: for each recording the share of the votes of moments that went to the label of each trajectory.
         known: what is known of the subject's distances.
+        margins: how clear each label is.
         seen, answered: the moments, and what was found at each.
     """
 
     identity: list[Int[np.ndarray, " trajectories"]]
     agreement: list[Float[np.ndarray, " trajectories"]]
     known: Posterior
+    margins: Margins
     seen: list[Seen]
     answered: list[Answered]
 
@@ -67,18 +70,20 @@ def population_labels(
     seen: Sequence[Seen],
     permutations: Sequence[Int[np.ndarray, " markers"]],
     tuning: SetTuning,
+    member: Posterior | None = None,
 ) -> Control[PopulationLabels]:
     """The labels of all recordings of one subject.
 
     Arguments:
         seen: the moments that are looked at.
         permutations: what each label becomes when limbs or sides are exchanged.
+        member: what is known of the subject's distances, if anything is.
     """
-    handed, known = Handed.of(markers, tuning), prior_of(markers, tuning)
+    handed, known = Handed.of(markers, tuning), prior_of(markers, tuning) if member is None else member
     table = score_table(markers, known, tuning)
     first = [Judge(one.moment, pair_table(one.moment, table, tuning), handed, tuning) for one in seen]
     answered: list[Answered] = yield Gather(tuple(_first(judge, known, permutations) for judge in first))
-    for turn in range(tuning.max_rounds):
+    for turn in range(tuning.max_rounds if member is None else 1):
         known = posterior_of(markers, observed(markers, seen, answered, tuning), tuning)
         table = score_table(markers, known, tuning)
         own = [Judge(one.moment, pair_table(one.moment, table, tuning), handed, tuning) for one in seen]
@@ -90,7 +95,10 @@ def population_labels(
             break
     known = posterior_of(markers, observed(markers, seen, answered, tuning), tuning)
     identity, agreement = _identities(markers, recordings, seen, answered)
-    return PopulationLabels(identity, agreement, known, list(seen), answered)
+    table = score_table(markers, known, tuning)
+    last = [Judge(one.moment, pair_table(one.moment, table, tuning), handed, tuning) for one in seen]
+    clear = yield Gather(tuple(margins_of(j, a.labels, permutations) for j, a in zip(last, answered, strict=True)))
+    return PopulationLabels(identity, agreement, known, together(clear), list(seen), answered)
 
 
 def _first(judge: Judge, known: Posterior, permutations: Sequence[np.ndarray]) -> Control[Answered]:

@@ -87,6 +87,19 @@ def _exchanged(
     return labels, value
 
 
+def near_labellings(
+    judge: Judge, labels: _Labels, permutations: Sequence[Int[np.ndarray, " markers"]]
+) -> Control[Int[np.ndarray, "others points"]]:
+    """The labellings that come nearest to one by exchanges, permutations and chains."""
+    found = [
+        (yield from _swapped(judge, labels)),
+        _renamed(labels, permutations),
+        (yield from _chained(judge, labels)),
+    ]
+    others = [one for one in distinct(list(np.concatenate(found))) if (one != labels).any()]
+    return np.stack(others) if others else np.zeros((0, len(labels)), int)
+
+
 def _best_of(
     judge: Judge, labels: _Labels, value: float, proposals: Int[np.ndarray, "proposals points"]
 ) -> Control[tuple[_Labels, float]]:
@@ -104,11 +117,9 @@ def _permuted(
     judge: Judge, labels: _Labels, permutations: Sequence[np.ndarray]
 ) -> Control[Int[np.ndarray, "proposals points"]]:
     """The labelling after each permutation, and the most promising of them after a climb."""
-    changed = [np.where(labels == NO_MATCH, NO_MATCH, to[np.maximum(labels, 0)]) for to in permutations]
-    changed = [one for one in distinct(changed) if (one != labels).any()]
-    if not changed:
-        return np.zeros((0, len(labels)), int)
-    proposals = np.stack(changed)
+    proposals = _renamed(labels, permutations)
+    if not len(proposals):
+        return proposals
     values = yield from judge.values(proposals)
     best = proposals[np.argsort(-values, kind="stable")[: judge.tuning.permutations_climbed]]
     climbed = yield ClimbLabels(judge.pairs, best, CLIMBS_AFTER_EXCHANGE)
@@ -156,6 +167,13 @@ def _filled(judge: Judge, labels: _Labels, benefit: Float[np.ndarray, "points ma
     labels = labels.copy()
     labels[points] = np.where(given == NO_MATCH, NO_MATCH, free[np.maximum(given, 0)]) if len(free) else NO_MATCH
     return labels
+
+
+def _renamed(labels: _Labels, permutations: Sequence[np.ndarray]) -> Int[np.ndarray, "proposals points"]:
+    """The labelling after each permutation of its labels that changes it."""
+    changed = [np.where(labels == NO_MATCH, NO_MATCH, to[np.maximum(labels, 0)]) for to in permutations]
+    changed = [one for one in distinct(changed) if (one != labels).any()]
+    return np.stack(changed) if changed else np.zeros((0, len(labels)), int)
 
 
 def _swapped(judge: Judge, labels: _Labels) -> Control[Int[np.ndarray, "proposals points"]]:
