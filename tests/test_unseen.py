@@ -50,6 +50,6 @@ def test_what_a_set_cannot_do_is_said(markers):
     for settings in (Settings(method="paper"), Settings(rescale=True)):
         with pytest.raises(ValueError, match='a marker set labels with the method "full"'):
             label(recording, markers, settings)
-    other = MarkerSet.from_subjects({"a": [person(41, frames=40).recording]})
+    other = MarkerSet.from_subjects({"a": [person(49, frames=40).recording]})
     with pytest.raises(ValueError, match="has other markers than the marker set"):
         Member(markers, other.model)

@@ -395,8 +395,8 @@ class SetTuning:
         -0.2,
         unit="log odds",
         used="confidence: a label is right with log odds of this, and `clear_per_nat` for each nat of its margin",
-        evidence="fitted: bench/unseen.py, labels of three sets: of margins under 6 a third was wrong, of those from 16 "
-        "on one in a hundred",
+        evidence="fitted: bench/unseen.py, labels of three sets: of margins under 6 a third was wrong, "
+        "of those from 16 on one in a hundred",
         group="confidence",
     )
     clear_per_nat: float = number(
