@@ -9,7 +9,8 @@ dshpm-jax model anna/rom.c3d -o anna/model.json               best: a recording 
 dshpm-jax model anna/rom.c3d anna/walk.c3d -o anna/model.json
 dshpm-jax model anna -o anna/model.json                       what is labelled in that folder
 dshpm-jax model static.c3d --template plug-in-gait -o model.json
-dshpm-jax model nick.vsk -o model.json                        the subject file of a capture system""",
+dshpm-jax model nick.vsk -o model.json                        the subject file of a capture system
+dshpm-jax model --subjects anna ben carl dora -o set.json     a marker set, for subjects of whom nothing is labelled""",
     "models": """\
 dshpm-jax models captures --dry-run    say what would be used, and what not, and why
 dshpm-jax models captures              a model.json in every folder that holds labelled recordings
@@ -18,7 +19,8 @@ dshpm-jax models captures --force      make those again that are there""",
 dshpm-jax label walk.c3d --model model.json -o labelled
 dshpm-jax label captures -o labelled --dry-run                each trial with the nearest model.json
 dshpm-jax label captures -o labelled --workers 4 --open
-dshpm-jax label duet.c3d --model anna.json --model ben.json -o labelled""",
+dshpm-jax label duet.c3d --model anna.json --model ben.json -o labelled
+dshpm-jax label captures/eve --model set.json -o labelled     by a marker set; eve's own model is kept in labelled""",
     "check": """\
 dshpm-jax check walk.c3d --model model.json
 dshpm-jax check anna/walk.c3d anna/run.c3d --model anna/model.json --json findings.json""",

@@ -74,7 +74,7 @@ def _run_set(arguments: argparse.Namespace) -> int:
     names = [folder.resolve().name for folder in folders]
     if twice := next((name for name in names if names.count(name) > 1), None):
         raise UsageError(f"two of the folders are called '{twice}', as subjects are after them; rename one")
-    recordings = {name: _labelled_in(folder, arguments) for name, folder in zip(names, folders, strict=True)}
+    recordings = {name: chosen_in(folder, arguments) for name, folder in zip(names, folders, strict=True)}
     if without := [folder for name, folder in zip(names, folders, strict=True) if not recordings[name]]:
         complain(f"{without[0]}: none of its recordings can be used; leave it out or label one")
         return FAILURES
@@ -94,16 +94,6 @@ def _run_set(arguments: argparse.Namespace) -> int:
         say(f"{out}: a marker set of {markers.num_markers} markers from {len(names)} subjects")
         return OK
     return FAILURES
-
-
-def _labelled_in(folder: Path, arguments: argparse.Namespace) -> list[Recording]:
-    """The recordings of a subject that a set is to be made of; says why the others are not used."""
-    from dshpm_jax._model_choice import choose  # imports scipy
-
-    choice = choose(folder, reading(arguments))
-    for path, why in choice.left_out.items():
-        say(f"{path}: not used, {why}")
-    return choice.used
 
 
 def _about_set(markers: MarkerSet) -> Iterator[str]:

@@ -395,15 +395,15 @@ class SetTuning:
         -0.2,
         unit="log odds",
         used="confidence: a label is right with log odds of this, and `clear_per_nat` for each nat of its margin",
-        evidence="fitted: bench/unseen.py, labels of three sets: of margins under 6 a third was wrong, "
-        "of those from 16 on one in a hundred",
+        evidence="by hand: of 822 labels of three sets, of those with margins under 6 half were wrong, of those from 16 "
+        "on one in a hundred; not fitted on sets left out yet",
         group="confidence",
     )
     clear_per_nat: float = number(
         0.2,
         unit="log odds a nat",
         used="confidence: see `clear_base`",
-        evidence="fitted: bench/unseen.py; signed volumes overlap, so a nat says less than it seems",
+        evidence="by hand, as clear_base; signed volumes overlap, so a nat says less than it seems",
         group="confidence",
     )
 

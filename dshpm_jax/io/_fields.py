@@ -76,7 +76,7 @@ def _decode_array(kind: Any, value: Any, place: str, sizes: Mapping[str, int]) -
         raise ValueError(f"{place} is no table of numbers") from None
     axes = kind.dim_str.split()
     wanted = tuple(_length(axis, sizes) for axis in axes)
-    if array.size == 0 and 0 in wanted:
+    if array.size == 0 and (0 in wanted or wanted[0] is None):
         array = array.reshape([n or 0 for n in wanted])
     if array.ndim != len(axes) or any(n not in (None, m) for n, m in zip(wanted, array.shape, strict=True)):
         raise ValueError(f"{place} has the shape {array.shape}, expected {wanted}")

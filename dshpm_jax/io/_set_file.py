@@ -22,7 +22,7 @@ _REMEDY = "make it again with 'dshpm-jax model --subjects' or correct that entry
 
 
 def write_marker_set(markers: MarkerSet, path: str | Path) -> None:
-    """Writes a marker set as JSON, whole or not at all.
+    """Writes a marker set (`markers`) as JSON, whole or not at all.
 
     What is at `path` is replaced, whatever it is; the folder must be there.
     """

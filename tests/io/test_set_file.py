@@ -37,6 +37,12 @@ def test_each_reader_says_what_the_file_is(markers, tmp_path):
     assert io.made_from(tmp_path / "set.json") is None and io.made_from(tmp_path / "none.json") is None
 
 
+def test_a_set_of_one_subject_has_no_components_and_comes_back(markers, tmp_path):
+    one = MarkerSet.from_subjects({"s1": [person(34, frames=40, subject=1, seed=1).recording]})
+    io.write_marker_set(one, tmp_path / "set.json")
+    assert io.read_marker_set(tmp_path / "set.json").components.shape == (0, 34, 34)
+
+
 @pytest.mark.parametrize(
     "entry, value, says",
     [
