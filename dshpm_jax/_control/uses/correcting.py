@@ -14,7 +14,7 @@ from dshpm_jax._model import SubjectModel
 from dshpm_jax._requests import Control
 from dshpm_jax._settings import Settings
 from dshpm_jax._trajectories import Trajectories
-from dshpm_jax._types import UNKNOWN
+from dshpm_jax._types import NO_MATCH, NO_PARENT, UNKNOWN
 
 
 def corrected(
@@ -32,26 +32,35 @@ def corrected(
         known: what is known of each point, see `known_points`.
     """
     t, identity, whole = fix(t, known)
-    t, start, identity = _freed(t, before[whole], identity)
+    before = before[whole]
+    t, source = _freed(t, before, identity)
+    before, identity = before[source], identity[source]
     fixed = FixedLabels.of(t, identity, model.num_markers)
     problem = LabellingProblem(t, model, settings, tuning, fixed=fixed)
-    incumbent = Incumbent((yield from refine_labels(problem, start)))
+    incumbent = Incumbent((yield from refine_labels(problem, before)))
     yield from improve(problem, incumbent)
-    yield from rematch(problem, incumbent)
+    touched = _touched(problem, before, incumbent.solution.identity)
+    yield from rematch(problem, incumbent, touched)
     return (yield from final_answer(problem, incumbent.solution))
 
 
-def _freed(t: Trajectories, start: np.ndarray, known: np.ndarray) -> tuple[Trajectories, np.ndarray, np.ndarray]:
-    """Whoever had a label that is known to be another's for a while keeps it before and after: cut there.
+def _freed(t: Trajectories, before: np.ndarray, known: np.ndarray) -> tuple[Trajectories, np.ndarray]:
+    """Whoever had a label that is known to be another's for a while can keep it before and after: cut there.
 
-    Returns the trajectories, the labels that they had and what is known of them.
+    Returns the trajectories, and which each was part of.
     """
     cuts = set()
     for j in np.flatnonzero(known >= 0):
-        meet = (known == UNKNOWN) & (start == known[j]) & (t.start < t.stop[j]) & (t.start[j] < t.stop)
+        meet = (known == UNKNOWN) & (before == known[j]) & (t.start < t.stop[j]) & (t.start[j] < t.stop)
         for k in np.flatnonzero(meet).tolist():
             cuts |= {(k, end) for end in (int(t.start[j]), int(t.stop[j])) if t.start[k] < end < t.stop[k]}
-    if not cuts:
-        return t, start, known
-    t, source = t.cut(*map(np.array, zip(*sorted(cuts))))
-    return t, start[source], known[source]
+    return t.cut(*map(np.array, zip(*sorted(cuts)))) if cuts else (t, np.arange(len(t)))
+
+
+def _touched(problem: LabellingProblem, before: np.ndarray, now: np.ndarray) -> set[int]:
+    """The segments of which a label has changed hands, and those that are joined to them."""
+    changed = np.setdiff1d(np.concatenate([before[before != now], now[before != now]]), [NO_MATCH])
+    segments = problem.model.segments
+    own = {s for s, segment in enumerate(segments) if np.isin(segment.markers, changed).any()}
+    joined = {segments[s].parent for s in own} | {s for s, segment in enumerate(segments) if segment.parent in own}
+    return own | joined - {NO_PARENT}
