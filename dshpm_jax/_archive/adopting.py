@@ -105,7 +105,7 @@ def _labels_now(before: Recording, after: Recording, markers: list[str]) -> Int[
     seen, there = is_seen(before.points), is_seen(after.points)
     for t in np.flatnonzero(seen.any(1) & there.any(1)):
         columns, others = np.flatnonzero(seen[t]), np.flatnonzero(there[t])
-        apart, nearest = KDTree(before.points[t, columns]).query(after.points[t, others])
+        apart, nearest = map(np.asarray, KDTree(before.points[t, columns]).query(after.points[t, others]))
         same = apart < SAME
         found[t, columns[nearest[same]]] = number[others[same]]
     return found

@@ -8,6 +8,7 @@ dshpm-jax demo --archive -o captures   a small archive to try the other commands
 dshpm-jax model anna/rom.c3d -o anna/model.json               best: a recording in which every joint moves
 dshpm-jax model anna/rom.c3d anna/walk.c3d -o anna/model.json
 dshpm-jax model anna -o anna/model.json                       what is labelled in that folder
+dshpm-jax model --from labelled -o anna/model.json            again, from results that are confirmed or sure
 dshpm-jax model static.c3d --template plug-in-gait -o model.json
 dshpm-jax model nick.vsk -o model.json                        the subject file of a capture system""",
     "models": """\
