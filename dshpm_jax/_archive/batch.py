@@ -7,8 +7,10 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from dshpm_jax._archive.compiling import notice_of_compiling
-from dshpm_jax._archive.hashes import INPUT, MODEL, SETTINGS, hash_file, hash_settings, read_models
+from dshpm_jax._archive.hashes import INPUT, MODEL, SETTINGS, hash_file, hash_form, hash_settings, read_models
 from dshpm_jax._archive.jobs import Job
 from dshpm_jax._archive.outcomes import Outcome, failed, figures_of, judged, passed_over, without_points
 from dshpm_jax._archive.results import ResultKept, write_result
@@ -19,6 +21,7 @@ from dshpm_jax._model import SubjectModel
 from dshpm_jax._outcomes import KEPT
 from dshpm_jax._recording import Recording
 from dshpm_jax._settings import Settings
+from dshpm_jax._types import NO_MATCH
 
 Notice = Callable[[str], object]
 """Takes a line about what is going on."""
@@ -58,7 +61,7 @@ def label_batch(jobs: Sequence[Job], out: Path, settings: Settings, notice: Noti
         else:
             outcome = failed(item.job, answer, item.hashes)
         seconds = watch.share(frames[k:]) if outcome.figures else None
-        yield dataclasses.replace(outcome, notes=item.recording.notes, seconds=seconds)
+        yield dataclasses.replace(outcome, notes=_notes(item, answer), seconds=seconds)
 
 
 def label_batch_telling(
@@ -93,7 +96,7 @@ class _Watch:
 
 def _load(job: Job, model: SubjectModel, model_hash: str, settings: Settings) -> _Loaded:
     # Hashed before it is read: if it changes meanwhile, the hash after labelling is another.
-    hashes = {INPUT: hash_file(job.source), SETTINGS: hash_settings(settings), MODEL: model_hash}
+    hashes = {INPUT: hash_file(job.source), SETTINGS: hash_settings(settings), MODEL: model_hash, **hash_form(job.form)}
     return _Loaded(job, recording_of(job.source, model, settings), model, hashes)
 
 
@@ -120,13 +123,26 @@ def _answers(loaded: Sequence[_Loaded], settings: Settings, notice: Notice) -> I
                 yield error
 
 
+def _notes(item: _Loaded, answer: Labelling | Exception) -> tuple[str, ...]:
+    """What is to be said about a recording, and about how its result was turned."""
+    doubt = item.job.form.doubt_of_up(_labelled_points(answer)) if isinstance(answer, Labelling) else ""
+    return (*item.recording.notes, doubt) if doubt else item.recording.notes
+
+
+def _labelled_points(labelling: Labelling) -> Recording:
+    recording = labelling.recording
+    labelled = (labelling.identities != NO_MATCH)[..., None]
+    return dataclasses.replace(recording, points=np.where(labelled, recording.points, np.nan))
+
+
 def _keep(item: _Loaded, labelling: Labelling, out: Path, settings: Settings) -> Outcome:
     """Writes the results of one recording."""
     try:
         figures = figures_of(labelling)
-        write_result(
-            labelling, item.job, out, item.hashes, {"settings": dataclasses.asdict(settings), "figures": figures}
-        )
+        record = {"settings": dataclasses.asdict(settings), "figures": figures}
+        if written := item.job.form.record(item.recording.source):
+            record["written"] = written
+        write_result(labelling, item.job, out, item.hashes, record)
     except ResultKept as kept:
         return Outcome(item.job, KEPT, str(kept), item.hashes)
     except Exception as error:

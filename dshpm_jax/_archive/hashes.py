@@ -11,8 +11,9 @@ from dshpm_jax._archive.jobs import subjects
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._settings import Settings
 from dshpm_jax._subjects import combine_models
+from dshpm_jax.io._form import AS_IT_IS, Form
 
-INPUT, MODEL, SETTINGS = "sha256", "model", "settings"  # names of the hashes in manifests and sidecars
+INPUT, MODEL, SETTINGS, FORM = "sha256", "model", "settings", "form"  # names of the hashes in manifests and sidecars
 
 
 def hash_file(path: Path) -> str:
@@ -25,6 +26,11 @@ def hash_settings(settings: Settings) -> str:
     found = dataclasses.asdict(settings)
     del found["completeness"]
     return _hash(found)
+
+
+def hash_form(form: Form) -> dict[str, str]:
+    """The hash of what was asked of the axes, the unit and the names of a result, if anything was."""
+    return {} if form == AS_IT_IS else {FORM: _hash(dataclasses.asdict(form))}
 
 
 def read_models(paths: tuple[Path, ...]) -> tuple[SubjectModel, str]:

@@ -12,7 +12,7 @@ from typing import Any
 from dshpm_jax import io
 from dshpm_jax._archive.hashes import INPUT, hash_file
 from dshpm_jax._archive.jobs import Job
-from dshpm_jax._archive.result_status import kept_because
+from dshpm_jax._archive.result_status import kept_because, replaced_by
 from dshpm_jax._labelling import Labelling
 from dshpm_jax.report._page_name import page_of_result
 from dshpm_jax.report._view import write_trial_page
@@ -38,7 +38,7 @@ def write_result(labelling: Labelling, job: Job, out: Path, hashes: Mapping[str,
     target.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=f".{target.name}.", suffix=".part", dir=target.parent) as folder:
         new = Path(folder) / target.name, Path(folder) / sidecar.name
-        io.write_labelled(labelling, new[0])
+        io.write_labelled(labelling, new[0], job.form)
         about = {"hashes": dict(hashes), "result": target.name, "output": hash_file(new[0])}
         io.write_sidecar(labelling, new[1], about | dict(record))
         if hash_file(job.source) != hashes[INPUT]:
@@ -47,8 +47,11 @@ def write_result(labelling: Labelling, job: Job, out: Path, hashes: Mapping[str,
             raise ResultKept(reason)
         if job.page:
             _make_page(labelling, dict(record), page_of_result(out, target), target.name)
+        earlier = replaced_by(target, sidecar)
         # A run that is killed here leaves no result beside a sidecar that does not belong to it.
-        target.unlink(missing_ok=True)
+        for path in (target, earlier):
+            if path is not None:
+                path.unlink(missing_ok=True)
         os.replace(new[1], sidecar)
         os.replace(new[0], target)
 

@@ -18,7 +18,8 @@ dshpm-jax models captures --force      make those again that are there""",
 dshpm-jax label walk.c3d --model model.json -o labelled
 dshpm-jax label captures -o labelled --dry-run                each trial with the nearest model.json
 dshpm-jax label captures -o labelled --workers 4 --open
-dshpm-jax label duet.c3d --model anna.json --model ben.json -o labelled""",
+dshpm-jax label duet.c3d --model anna.json --model ben.json -o labelled
+dshpm-jax label captures -o for-opensim --format trc --up y --unit m""",
     "check": """\
 dshpm-jax check walk.c3d --model model.json
 dshpm-jax check anna/walk.c3d anna/run.c3d --model anna/model.json --json findings.json""",
