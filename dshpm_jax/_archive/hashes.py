@@ -10,7 +10,7 @@ from dshpm_jax import io
 from dshpm_jax._archive.jobs import subjects
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._settings import Settings
-from dshpm_jax._subjects import combine_models
+from dshpm_jax._subjects import side_by_side
 from dshpm_jax.io._form import AS_IT_IS, Form
 
 INPUT, MODEL, SETTINGS, FORM = "sha256", "model", "settings", "form"  # names of the hashes in manifests and sidecars
@@ -44,7 +44,7 @@ def read_models(paths: tuple[Path, ...]) -> tuple[SubjectModel, str]:
 def _read_models(paths: tuple[Path, ...], hashes: tuple[str, ...]) -> SubjectModel:
     """Read once for all batches of a process, as long as the files have these hashes; subject files take seconds."""
     found = [io.read_model(path) for path in paths]
-    return found[0] if len(paths) == 1 else combine_models(dict(zip(subjects(paths), found)))
+    return found[0] if len(paths) == 1 else side_by_side(dict(zip(subjects(paths), found)))
 
 
 def _hash(value: object) -> str:

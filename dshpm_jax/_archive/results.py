@@ -15,7 +15,7 @@ from dshpm_jax._archive.jobs import Job
 from dshpm_jax._archive.result_status import kept_because, replaced_by
 from dshpm_jax._labelling import Labelling
 from dshpm_jax.report._page_name import page_of_result
-from dshpm_jax.report._view import write_trial_page
+from dshpm_jax.report._view import view, write_trial_page
 
 _log = logging.getLogger(__name__)
 
@@ -60,6 +60,18 @@ def _make_page(labelling: Labelling, record: Mapping[str, Any], page: Path, name
     """Makes the page of a result, which counts without it: what somebody put in the page's place stays."""
     try:
         write_trial_page(labelling, record, page, name)
+    except Exception:
+        _log.warning("%s: no page could be made", page, exc_info=True)
+
+
+def make_missing_page(job: Job, out: Path) -> None:
+    """Makes the page of a result that is up to date where it should have one: an earlier run may have made none."""
+    result = out / job.target
+    page = page_of_result(out, result)
+    if not job.page or page.exists():
+        return
+    try:
+        view(result).save(page)
     except Exception:
         _log.warning("%s: no page could be made", page, exc_info=True)
 

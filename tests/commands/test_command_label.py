@@ -56,6 +56,9 @@ def test_each_trial_gets_a_page_that_the_report_leads_to(folder, capsys, labelle
     assert data_of((folder / "out" / "walk.html").read_text()) == data_of(made)
     assert command(capsys, "label", "walk.c3d", "-o", "without", "--no-pages")[0] == 0
     assert [path.name for path in (folder / "without").glob("*.html")] == ["report.html"]
+    assert "up to date" in command(capsys, "label", "walk.c3d", "-o", "without")[1]
+    assert data_of((folder / "without" / "walk.html").read_text()) == data_of(made)
+    assert data_of((folder / "without" / "report.html").read_text())["trials"][0][-1] == {"page": 1}
 
 
 def test_a_file_in_the_place_of_a_page_stays(folder, capsys, labeller):

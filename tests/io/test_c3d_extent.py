@@ -120,3 +120,11 @@ def test_rotations_end_the_frames(tmp_path):
     found = read_layout(tmp_path / "b.c3d")
     assert found.tail.startswith(bytes(range(250)))
     np.testing.assert_array_equal(io.read(tmp_path / "b.c3d").points, points)
+
+
+def test_data_within_the_parameters_are_none(tmp_path):
+    with_samples(tmp_path / "a.c3d")
+    set_header(tmp_path / "a.c3d", 8, 0)
+    set_parameter(tmp_path / "a.c3d", "POINT", "DATA_START", 2)
+    with pytest.raises(io.ReadError, match="where behind its parameters its data start"):
+        io.read(tmp_path / "a.c3d")
