@@ -64,7 +64,11 @@ class ResultStatus:
         places = (job.target, job.target.with_name(head.get("result", target.name)))
         if _KINDS[INPUT] in changed and (reason := self._owned_by_another(job, places)):
             return Outcome(replace(job, clashes=True), KEPT, reason, hashes)
-        if reason := kept_because(target, sidecar):
+        reason = kept_because(target, sidecar)
+        earlier = None if own else replaced_by(target, sidecar)
+        if earlier is not None and earlier.exists() and os.path.samefile(earlier, job.source):
+            reason = f"{job.source}: its result would take its place; give another folder for the results"
+        if reason:
             return Outcome(job, KEPT, reason, hashes)
         return Due(job, _why(target, changed, "" if own else head["result"]))
 

@@ -200,6 +200,12 @@ def test_a_result_gives_way_to_one_in_another_format(tmp_path, labeller):
     before = contents(out)
     outcome = run(other, out)["walk.c3d"]
     assert outcome.outcome == KEPT and f"is the result of {folder / 'walk.trc'}" in outcome.message
+    (other / "walk.c3d").unlink()
+    (folder / "walk.trc").rename(tmp_path / "moved.trc")
+    (job,) = find_jobs([out / "walk.trc"], (folder / "model.json",), out)
+    (outcome,) = label_archive([job], Order(out, loose))  # a result labelled once more must not go
+    assert outcome.outcome == KEPT and "its result would take its place" in outcome.message
+    (tmp_path / "moved.trc").rename(folder / "walk.trc")
     (out / "walk.trc").write_text(TRC)
     outcome = run(folder, out, loose)["walk.c3d"]
     assert outcome.outcome == KEPT and "walk.trc: was changed by somebody" in outcome.message
