@@ -88,7 +88,8 @@ def extent_of(file: "C3dFile", raw: np.ndarray, path: "Path") -> tuple[Extent, s
 
 
 def _by_size(file: "C3dFile", claims: list[Extent], raw: np.ndarray) -> Extent | None:
-    """The claim that fits the size of the file: its frames end in the last block, and what is left of that is empty.
+    """The claim that fits the size of the file: its frames end in the last block, and what is left of that is empty;
+    none where all leave something there, as then every number may be wrong.
 
     Of several it is the one that leaves nothing before the frames and the most behind them, all of it empty.
     """
@@ -99,8 +100,8 @@ def _by_size(file: "C3dFile", claims: list[Extent], raw: np.ndarray) -> Extent |
         followed = [found for found in empty if len(_padding(file, found, raw))]
         return followed[0] if len(followed) == 1 else None
     clean = [found for found in last if found in empty]
-    ranked = sorted(clean or last, key=lambda found: (found.start, found.size))
-    alike = len(ranked) > 1 and ranked[0].start == ranked[1].start and ranked[0].size == ranked[1].size
+    ranked = sorted(clean, key=lambda found: (found.start, found.size))
+    alike = not ranked or len(ranked) > 1 and ranked[0].start == ranked[1].start and ranked[0].size == ranked[1].size
     return None if alike else ranked[0]
 
 
