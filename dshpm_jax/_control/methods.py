@@ -59,7 +59,7 @@ def label_control(
 
 def _full(problem: LabellingProblem) -> Control[Answer]:
     problem, solution = yield from solve(problem)
-    final = finalise(problem, solution)
+    final = yield from finalise(problem, solution)
     fits: int = yield CountFits()
     labels = final.identity, final.confidence, final.reason, final.could_be, final.model_fit
     return Answer(problem.model, problem.trajectories, *labels, fits)
