@@ -4,6 +4,7 @@ import logging
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from dshpm_jax._known import KnownLabel as KnownLabel
 from dshpm_jax._labelling import Labelling as Labelling
 from dshpm_jax._labelling import Reason as Reason
 from dshpm_jax._model import Segment as Segment
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from dshpm_jax import synthesis as synthesis
     from dshpm_jax._check import Finding as Finding
     from dshpm_jax._check import check as check
+    from dshpm_jax._correct import correct as correct
     from dshpm_jax._driver import Driver as Driver
     from dshpm_jax._label import label as label
     from dshpm_jax._label import label_many as label_many
@@ -59,6 +61,7 @@ __all__ = [
     "AbstractMatchScore",
     "check",
     "combine_models",
+    "correct",
     "Driver",
     "evaluation",
     "Filled",
@@ -67,6 +70,7 @@ __all__ = [
     "GaussianCandidate",
     "GaussianMatch",
     "io",
+    "KnownLabel",
     "label",
     "label_many",
     "LabelledFrames",
@@ -102,6 +106,7 @@ __all__ = [
 _ON_DEMAND = {
     "Finding": "_check",
     "check": "_check",
+    "correct": "_correct",
     "Driver": "_driver",
     "label": "_label",
     "label_many": "_label",

@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from dshpm_jax._control.full.assignment import margins
-from dshpm_jax._control.full.moves import frames_touched, judge_moves
+from dshpm_jax._control.full.moves import around_fixed, frames_touched, judge_moves
 from dshpm_jax._control.full.neighbourhoods.near_swaps import propose_near_swaps
 from dshpm_jax._control.full.objective import Solution, model_fit
 from dshpm_jax._control.full.own_distances import own_distances
@@ -37,6 +37,7 @@ class FinalLabels:
         reason: why each has its label or none.
         could_be: the label withheld from each, then the best of the others that would pay; `NO_MATCH` beyond.
         model_fit: see `objective.model_fit`.
+        against: which labels are given although the evidence is against them.
     """
 
     identity: Int[np.ndarray, " trajectories"]
@@ -44,26 +45,36 @@ class FinalLabels:
     reason: tuple[Reason, ...]
     could_be: Int[np.ndarray, "trajectories 2"]
     model_fit: float
+    against: Bool[np.ndarray, " trajectories"]
 
 
-def finalise(problem: LabellingProblem, solution: Solution) -> Control[FinalLabels]:
-    """The labels as they are given out: those less likely to be right than `Settings.min_confidence` are withheld."""
+def finalise(problem: LabellingProblem, solution: Solution, fit: float | None = None) -> Control[FinalLabels]:
+    """The labels as they are given out: those less likely to be right than `Settings.min_confidence` are withheld.
+
+    Arguments:
+        fit: the model fit of the whole recording, where the problem is a part of it.
+    """
     t, tuning = problem.trajectories, problem.tuning
-    fit = round(model_fit(problem, solution), 4)  # as it is told, so that line and confidences agree
+    fit = model_fit(problem, solution) if fit is None else fit
+    fit = round(fit, 4)  # as it is told, so that line and confidences agree
     named = solution.identity != NO_MATCH
     chance = yield from _chance(problem, solution)
     chance = np.minimum(chance, ceiling_of(fit, tuning))
     best = solution.llr.max(1)
     none = _logistic(tuning.accept_llr - best)
-    withheld = named & (chance < problem.settings.min_confidence)
+    fixed = problem.fixed
+    withheld = named & (chance < problem.settings.min_confidence) & ~fixed.given
     margin = margins(solution.identity, solution.llr, t.start, t.stop)
     reason = np.where(best > tuning.accept_llr, Reason.TAKEN, Reason.OUTSIDE)
     reason = np.where(named, Reason.MATCHED, reason)
     reason = np.where(withheld, np.where(margin < tuning.near_tie_llr, Reason.AMBIGUOUS, Reason.DOUBTFUL), reason)
     identity = np.where(withheld, NO_MATCH, solution.identity)
     confidence = np.where(withheld, 1.0 - chance, np.where(named, chance, none))
+    reason, confidence = np.where(fixed.given, Reason.KNOWN, reason), np.where(fixed.given, 1.0, confidence)
     could_be = _alternatives(problem, solution, identity)
-    return FinalLabels(identity, confidence, tuple(map(Reason, reason)), could_be, fit)
+    own = solution.llr[np.arange(len(t)), np.maximum(identity, 0)]
+    against = fixed.given & (identity != NO_MATCH) & (own < tuning.known_doubt_llr)
+    return FinalLabels(identity, confidence, tuple(map(Reason, reason)), could_be, fit, against)
 
 
 def ceiling_of(fit: float, tuning: Tuning = TUNING) -> float:
@@ -121,7 +132,8 @@ def confidence_features(
 
 def _swap_losses(problem: LabellingProblem, solution: Solution) -> Control[Float[np.ndarray, " trajectories"]]:
     """What the cheapest swap with a near label costs each trajectory (nats a frame); infinite where none is near."""
-    moves = propose_near_swaps(problem, solution.identity)
+    swaps = (around_fixed(problem, move) for move in propose_near_swaps(problem, solution.identity))
+    moves = [move for move in swaps if len(move.trajectories)]
     loss = np.full(len(problem.trajectories), np.inf)
     if not moves:
         return loss
