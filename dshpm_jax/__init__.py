@@ -4,6 +4,7 @@ import logging
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from dshpm_jax._known import KnownLabel as KnownLabel
 from dshpm_jax._labelling import Labelling as Labelling
 from dshpm_jax._labelling import Reason as Reason
 from dshpm_jax._model import Segment as Segment
@@ -67,6 +68,7 @@ __all__ = [
     "GaussianCandidate",
     "GaussianMatch",
     "io",
+    "KnownLabel",
     "label",
     "label_many",
     "LabelledFrames",
