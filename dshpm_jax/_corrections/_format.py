@@ -2,7 +2,7 @@
 
 import json
 import uuid
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import Any, Literal, get_args
@@ -12,7 +12,7 @@ from dshpm_jax._known import KnownLabel
 FORMAT = "dshpm-corrections"
 VERSION = 1
 
-Kind = Literal["label", "confirm", "undo", "redo"]
+Kind = Literal["label", "confirm", "cut", "fill", "undo", "redo"]
 
 
 def _now() -> str:
@@ -46,11 +46,13 @@ class Correction:
     """One thing that a person did; a line of the file. All its changes count together or not at all.
 
     Attributes:
-        kind: "label" (the changes are made), "confirm" (the labels of the changes are right as they are), "undo" or
-            "redo" (of the correction `of`).
+        kind: "label" (the changes are made), "confirm" (the labels of the changes are right as they are), "cut" (a
+            trajectory is cut, and nothing said of its parts), "fill" (a filled gap is accepted, or refused again),
+            "undo" or "redo" (of the correction `of`).
         changes: what labels which points get; an exchange has two, one over several trajectories more.
         whole: with "confirm": whether the whole result is confirmed, besides the labels of the changes.
         of: the id of the correction that is undone or redone.
+        details: what the page of `review` keeps with it, such as the labels before and after; nothing else reads them.
         by: the name of the person, if it is known.
         id, time: which correction it is, and when it was made (ISO 8601, UTC).
     """
@@ -59,6 +61,7 @@ class Correction:
     changes: tuple[Change, ...] = ()
     whole: bool = False
     of: str | None = None
+    details: Mapping[str, Any] = field(default_factory=dict)
     by: str | None = None
     id: str = field(default_factory=lambda: uuid.uuid4().hex)
     time: str = field(default_factory=_now)
@@ -75,6 +78,7 @@ def correction_line(correction: Correction) -> bytes:
     found |= {"of": correction.of} if correction.of is not None else {}
     found |= {"whole": True} if correction.whole else {}
     found |= {"changes": [vars(change) for change in correction.changes]} if correction.changes else {}
+    found |= {"details": dict(correction.details)} if correction.details else {}
     return _line(found)
 
 
@@ -99,7 +103,11 @@ def correction_of(line: bytes) -> Correction:
         raise ValueError(f"unknown kind of correction {content['kind']!r}")
     changes = tuple(_change(Change(**change)) for change in content.get("changes", ()))
     whole, names = content.get("whole", False), {name: content.get(name) for name in ("of", "by")}
-    return Correction(content["kind"], changes, whole, **names, id=_text(content["id"]), time=_text(content["time"]))
+    details = content.get("details", {})
+    if not isinstance(details, dict):
+        raise ValueError("its details have no names")
+    made = {"id": _text(content["id"]), "time": _text(content["time"])}
+    return Correction(content["kind"], changes, whole, **names, details=details, **made)
 
 
 def _change(change: Change) -> Change:
@@ -128,7 +136,7 @@ def resolved(corrections: Iterable[Correction]) -> tuple[list[Correction], list[
             undone[one.of] = made[one.of]
         elif one.kind == "redo":
             undone.pop(one.of or "", None)
-        elif one.kind in ("label", "confirm"):
+        elif one.kind not in ("undo", "redo"):
             for gone in undone:
                 del made[gone]
             made[one.id], undone = one, {}
