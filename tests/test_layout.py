@@ -30,6 +30,7 @@ LEVELS = [
     {"_label", "_live", "_check"},
     {"evaluation", "report", "_reconstruction"},
     {"_archive", "_demo", "_experiments", "_model_choice"},
+    {"_review"},
     {"_commands"},
     {"__main__", "__init__"},
 ]

@@ -36,13 +36,16 @@ def assign(labelling: Labelling, trajectory: int, span: Span, marker: int) -> Ed
     Raises:
         ValueError: the trajectory is not seen in the span.
     """
-    said = _within(labelling, trajectory, span)
+    return say(labelling, _within(labelling, trajectory, span), marker)
+
+
+def say(labelling: Labelling, cells: Bool[np.ndarray, "frames slots"], marker: int) -> Edit:
+    """Some points are `marker` (`NO_MATCH`: none); others that have that label in these frames lose it."""
     note, verdicts = nothing_new(labelling), [_said(marker), Verdict(NO_MATCH, 0.5, Reason.TAKEN)]
     if marker != NO_MATCH:
-        frames = said.any(1)
-        note[(labels_at(labelling) == marker) & frames[:, None]] = 1
-    note[said] = 0
-    return Edit(rewritten(labelling, note, verdicts), _known(labelling, said, marker))
+        note[(labels_at(labelling) == marker) & cells.any(1)[:, None]] = 1
+    note[cells] = 0
+    return Edit(rewritten(labelling, note, verdicts), _known(labelling, cells, marker))
 
 
 def exchange(labelling: Labelling, one: int, other: int, span: Span) -> Edit:

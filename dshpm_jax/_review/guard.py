@@ -10,8 +10,8 @@ TOKEN_BYTES = 24
 TOKEN_HEADER = "x-review-token"
 """The page says the token here too, so that no form or picture of another page can ask for anything."""
 
-PATH = re.compile(rb"/(?P<token>[A-Za-z0-9_-]{1,80})(?P<rest>/[A-Za-z0-9._-]*(/[A-Za-z0-9_-]+)*)")
-"""All that a path may hold: no escapes, no empty steps, and no dots beyond the first step, which has no folder."""
+PATH = re.compile(rb"/(?P<token>[A-Za-z0-9_-]{1,80})(?P<rest>/([A-Za-z0-9_-]+(\.[a-z]+|(/[A-Za-z0-9_-]+)+))?)")
+"""All that a path may hold: no escapes, no empty steps, and no dots but in the names of our own two files."""
 
 CALLS = b"/api/"
 """Where data is asked for and changed; besides that there are the page, its style and its script."""

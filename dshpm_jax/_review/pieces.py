@@ -1,11 +1,11 @@
 """A labelling with other labels in some of its points: trajectories are cut where their label changes."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Int
+from jaxtyping import Bool, Float, Int
 
 from dshpm_jax._labelling import Labelling, Reason
 from dshpm_jax._types import NO_MATCH
@@ -25,23 +25,33 @@ class Verdict(NamedTuple):
     could_be: tuple[int, int] = NONE
 
 
+class Said(NamedTuple):
+    """What was said of some points: the label (None: none), how sure it is, and why, as sidecars have it."""
+
+    label: str | None
+    confidence: float
+    reason: str
+
+
 class Effect(NamedTuple):
-    """A run of points of one column whose label is another now.
+    """A run of points of one column of which something else is said now.
 
     Attributes:
         column: of the recording's file.
         first, last: frames `first <= t < last`.
-        was, now: the labels; None where there is none.
-        confidence, reason: those of `was`.
     """
 
     column: int
     first: int
     last: int
-    was: str | None
-    now: str | None
-    confidence: float
-    reason: str
+    was: Said
+    now: Said
+
+    @classmethod
+    def of(cls, plain: Sequence[Any]) -> "Effect":
+        """From what JSON made of it."""
+        column, first, last, was, now = plain
+        return cls(int(column), int(first), int(last), Said(*was), Said(*now))
 
 
 def rewritten(labelling: Labelling, note: Int[np.ndarray, "frames slots"], verdicts: Sequence[Verdict]) -> Labelling:
@@ -99,24 +109,31 @@ def labels_at(labelling: Labelling) -> Int[np.ndarray, "frames slots"]:
     return np.where(index != NO_MATCH, labelling.identity[np.maximum(index, 0)], NO_MATCH)
 
 
-def difference(before: Labelling, after: Labelling) -> list[Effect]:
-    """What changed, in the order of columns and frames; both pack the same points into the same slots."""
-    was, now = labels_at(before), labels_at(after)
-    frames, names = labelling_frames(before), (*before.model.markers, None)
-    found = []
-    for slot in np.flatnonzero((was != now).any(0)):
-        tracks = before.trajectories
-        column = tracks.column[:, slot]
-        stamp = np.stack([was[:, slot], now[:, slot], column, tracks.index[:, slot]])
-        differs = was[:, slot] != now[:, slot]
-        edges = np.flatnonzero((stamp[:, 1:] != stamp[:, :-1]).any(0)) + 1
-        for first, stop in zip([0, *edges], [*edges, frames], strict=True):
-            if differs[first]:
-                j = tracks.index[first, slot]
-                place = before.recording.columns[column[first]], int(first), int(stop)
-                labels = names[was[first, slot]], names[now[first, slot]]
-                found.append(Effect(*place, *labels, float(before.confidence[j]), str(before.reason[j])))
-    return sorted(found, key=lambda effect: effect[:3])
+def difference(
+    before: Labelling, later: Labelling, own: Bool[np.ndarray, "frames slots"] | None = None
+) -> list[Effect]:
+    """What changed, in the order of columns and frames.
+
+    Arguments:
+        before, later: the same points, packed into the same slots.
+        own: points of which it counts as well if only the confidence changed.
+    """
+    was, now = labels_at(before), labels_at(later)
+    differs = was != now
+    if own is not None:
+        differs |= own & (_sure_at(before) != _sure_at(later))
+    return sorted(effect for slot in np.flatnonzero(differs.any(0)) for effect in _in_slot(before, later, differs, slot))
+
+
+def _in_slot(before: Labelling, later: Labelling, differs: np.ndarray, slot: int) -> Iterator[Effect]:
+    index, then = before.trajectories.index[:, slot], later.trajectories.index[:, slot]
+    column = before.trajectories.column[:, slot]
+    stamp = np.stack([differs[:, slot], column, index, then])
+    edges = np.flatnonzero((stamp[:, 1:] != stamp[:, :-1]).any(0)) + 1
+    for first, last in zip([0, *edges.tolist()], [*edges.tolist(), len(index)], strict=True):
+        if differs[first, slot]:
+            place = before.recording.columns[column[first]], first, last
+            yield Effect(*place, _said(before, index[first]), _said(later, then[first]))
 
 
 def after(labelling: Labelling, effects: Sequence[Effect], back: bool = False) -> Labelling:
@@ -125,18 +142,23 @@ def after(labelling: Labelling, effects: Sequence[Effect], back: bool = False) -
     place = {column: k for k, column in enumerate(labelling.recording.columns)}
     note, verdicts = nothing_new(labelling), []
     for effect in effects:
-        label = effect.was if back else effect.now
+        label, sure, reason = effect.was if back else effect.now
         some = slice(effect.first, effect.last)
-        here = tracks.column[some] == place.get(effect.column, AS_IT_WAS)
-        note[some][here & (tracks.index[some] != NO_MATCH)] = len(verdicts)
-        sure = effect.confidence if back else 1.0
-        reason = reason_of(effect.reason) if back else (Reason.MATCHED if label is not None else Reason.TAKEN)
-        verdicts.append(Verdict(NO_MATCH if label is None else number.get(label, NO_MATCH), sure, reason))
+        here = tracks.column[some] == place.get(effect.column, AS_IT_WAS - 1)
+        note[some][here] = len(verdicts)
+        verdicts.append(Verdict(NO_MATCH if label is None else number.get(label, NO_MATCH), sure, reason_of(reason)))
     return rewritten(labelling, note, verdicts)
 
 
-def labelling_frames(labelling: Labelling) -> int:
-    return labelling.trajectories.num_frames
+def _said(labelling: Labelling, trajectory: int) -> Said:
+    identity = labelling.identity[trajectory]
+    label = None if identity == NO_MATCH else labelling.model.markers[identity]
+    return Said(label, round(float(labelling.confidence[trajectory]), 4), str(labelling.reason[trajectory]))
+
+
+def _sure_at(labelling: Labelling) -> Float[np.ndarray, "frames slots"]:
+    index = labelling.trajectories.index
+    return np.where(index != NO_MATCH, labelling.confidence[np.maximum(index, 0)], 0.0)
 
 
 def reason_of(text: str) -> Reason:

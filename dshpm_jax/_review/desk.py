@@ -1,0 +1,119 @@
+"""What the server works on: the trials of a folder, and the one that is open."""
+
+import threading
+from collections.abc import Mapping
+from typing import Any
+
+from dshpm_jax._review.candidates import candidates, evidence_of
+from dshpm_jax._review.opening import settings_of
+from dshpm_jax._review.places import Place
+from dshpm_jax._review.shown import body_of, room_of, state_of, tracks_of
+from dshpm_jax._review.trial import CannotOpen, Trial, open_trial
+from dshpm_jax._review.waiting import queue
+from dshpm_jax._review.writing import Writer
+
+
+class Desk:
+    """The trials of a folder; one is open at a time.
+
+    Arguments:
+        places: the trials, by their ids.
+        title: of the page.
+    """
+
+    def __init__(self, places: Mapping[str, Place], title: str):
+        self.title = title
+        self._places = dict(places)
+        self._open: Trial | None = None
+        self._lock = threading.RLock()
+        self._evidence: tuple[Any, int, Any] = (None, -1, None)
+        self._trouble = ""
+        self.writer = Writer(self._told)
+
+    def queue(self) -> list[dict[str, Any]]:
+        return queue(self._places.values())
+
+    def trial(self, name: str) -> Trial:
+        """The trial with an id, opened if it is not; the one that was open is written and closed.
+
+        Raises:
+            KeyError: there is none.
+            CannotOpen: it cannot be opened.
+        """
+        with self._lock:
+            place = self._places[name]
+            if self._open is None or self._open.place.id != name:
+                self._close()
+                self._open = open_trial(place)
+                trial = self._open
+                trial.session.kept = lambda: self.writer.touch(trial)
+                if self._is_behind(trial):
+                    self.writer.touch(trial)
+            return self._open
+
+    def shown(self, trial: Trial) -> dict[str, Any]:
+        """All of a trial but its points."""
+        with trial.session.lock:
+            room, _ = room_of(trial)
+            return {**room, **body_of(trial.session.labelling), **self.state(trial)}
+
+    def points(self, trial: Trial) -> bytes:
+        with trial.session.lock:
+            return room_of(trial)[1].tobytes()
+
+    def state(self, trial: Trial) -> dict[str, Any]:
+        """What corrections change, and what is proposed."""
+        session = trial.session
+        with session.lock:
+            found = {**state_of(session, trial.head), "proposal": None}
+            if session.proposal is not None:
+                tracks = tracks_of(session.proposal.labelling, session.known(), trial.head)
+                found["proposal"] = {**(session.told() or {}), **tracks}
+            return found
+
+    def candidates(self, trial: Trial, track: int) -> list[Any]:
+        """See `candidates`."""
+        session = trial.session
+        with session.lock:
+            if not 0 <= track < len(session.labelling.trajectories):
+                raise ValueError("there is no such trajectory")
+            return candidates(session.labelling, track, self._evidence_of(trial))
+
+    def status(self) -> dict[str, Any]:
+        """Whether all is written, and what went wrong where it is not."""
+        trial = self._open
+        saved = trial is None or trial.written == trial.session.version
+        return {"saved": saved, "trouble": self._trouble}
+
+    def end(self) -> None:
+        """Writes what is due and lets go of the trial."""
+        with self._lock:
+            self.writer.end()
+            if self._open is not None:
+                self._open.close()
+                self._open = None
+
+    def _close(self) -> None:
+        if self._open is not None:
+            self.writer.flush(self._open)
+            self._open.close()
+            self._open = None
+
+    def _evidence_of(self, trial: Trial) -> Any:
+        if not trial.knows_body:
+            return None
+        session, (of, version, found) = trial.session, self._evidence
+        if of is not trial or version != session.version:
+            found = evidence_of(session.labelling, settings_of(trial.head))
+            self._evidence = trial, session.version, found
+        return found
+
+    def _is_behind(self, trial: Trial) -> bool:
+        """Whether the result lacks corrections, as after a crash."""
+        return [one.id for one in trial.session.standing] != list(trial.head.get("corrections", ()))
+
+    def _told(self, line: str) -> None:
+        self._trouble = line
+
+
+__all__ = ["CannotOpen", "Desk"]
