@@ -1,6 +1,13 @@
 """Labels that are given with a recording, as a person or its file says them."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Int
+
+from dshpm_jax._recording import Recording, no_such_name
+from dshpm_jax._types import NO_MATCH, UNKNOWN
 
 
 @dataclass(frozen=True)
@@ -28,4 +35,50 @@ class KnownLabel:
 
     def __str__(self) -> str:
         until = "the end" if self.last is None else f"{self.last - 1}"
-        return f"column {self.column + 1}, frames {self.first} to {until}: {self.label or 'no marker'}"
+        return f"column {self.column}, frames {self.first} to {until}: {self.label or 'no marker'}"
+
+
+def known_points(
+    recording: Recording, markers: Sequence[str], known: Sequence[KnownLabel]
+) -> Int[np.ndarray, "frames points"]:
+    """For each point the marker that it is known to be, `NO_MATCH` where it is known to be none, else `UNKNOWN`.
+
+    Raises:
+        ValueError: a label is no marker, a span or a column is not in the recording, or two known labels contradict
+            each other: one point with two labels, or one label on two points of a frame.
+    """
+    number = {name: k for k, name in enumerate(markers)}
+    place = {column: k for k, column in enumerate(recording.columns)}
+    points = np.full(recording.points.shape[:2], UNKNOWN, np.int32)
+    said_by = np.full(points.shape, NO_MATCH, np.int32)  # which of `known`
+    for k, one in enumerate(known):
+        if one.label is not None and one.label not in number:
+            raise ValueError(f"{one}: {no_such_name(one.label, markers, 'marker of the model')}")
+        if one.column not in place or max(one.first + 1, one.last or 0) > len(points):
+            size = f"{len(points)} frames, and {len(place)} columns up to {max(place)}"
+            raise ValueError(f"{one}: the recording has {size}; a known label has to be of one of these")
+        span = slice(one.first, one.last), place[one.column]
+        label = NO_MATCH if one.label is None else number[one.label]
+        other = np.flatnonzero((points[span] != UNKNOWN) & (points[span] != label))
+        if len(other):
+            _refuse(known[int(said_by[span][other[0]])], one, "give one point two labels")
+        points[span], said_by[span] = label, k
+    points[~recording.present] = UNKNOWN
+    _refuse_twice(points, said_by, known)
+    return points
+
+
+def _refuse_twice(points: np.ndarray, said_by: np.ndarray, known: Sequence[KnownLabel]) -> None:
+    """Refuses a label on two points of one frame."""
+    frame, column = np.nonzero(points >= 0)
+    order = np.lexsort((points[frame, column], frame))
+    frame, column = frame[order], column[order]
+    label = points[frame, column]
+    twice = np.flatnonzero((np.diff(frame) == 0) & (np.diff(label) == 0))
+    if len(twice):
+        one, other = sorted(int(said_by[frame[k], column[k]]) for k in (twice[0], twice[0] + 1))
+        _refuse(known[one], known[other], f"are one marker on two points of frame {frame[twice[0]]}")
+
+
+def _refuse(one: KnownLabel, other: KnownLabel, why: str) -> None:
+    raise ValueError(f"known labels contradict each other: {one}; {other}: they {why}; leave one of them out")

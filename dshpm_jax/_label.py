@@ -7,10 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from dshpm_jax._control.fixed_labels import FixedLabels, fix
 from dshpm_jax._control.methods import Answer, label_control
 from dshpm_jax._control.tuning import TUNING, Tuning
 from dshpm_jax._driver import Driver
 from dshpm_jax._given import GivenModel, GivenModels, GivenRecording, model_of, one_or_more, recording_of
+from dshpm_jax._known import KnownLabel, known_points
 from dshpm_jax._labelling import Labelling
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._pretracking import pretrack
@@ -26,6 +28,7 @@ def label(
     settings: Settings | None = None,
     driver: Driver | None = None,
     tuning: Tuning = TUNING,
+    known: Sequence[KnownLabel] = (),
 ) -> Labelling:
     """Labels one recording against the model of its subject, or the models of all its subjects.
 
@@ -37,20 +40,22 @@ def label(
         settings: the method and its parameters.
         driver: holds the scores (`Driver(candidate_score=..., match_score=...)`).
         tuning: the numbers of the full method, for who develops it.
+        known: labels that are given; nothing overrules them, and everything else is labelled around them. Where the
+            evidence is against one, `Labelling.stats["against"]` says so.
 
     Raises:
         ReadError: a file cannot be read.
-        ValueError: the recording has no points.
+        ValueError: the recording has no points, or known labels contradict each other or are of other markers.
 
     Warns:
         UserWarning: the points are spread over a few millimetres or kilometres, or are not of the model's size.
     """
-    known = model_of(model)
-    recording = recording_of(recording, known, settings)
+    of_subject = model_of(model)
+    recording = recording_of(recording, of_subject, settings)
     rescaled = settings is not None and settings.rescale
-    if not rescaled and (doubt := size_doubt(recording, known)):
+    if not rescaled and (doubt := size_doubt(recording, of_subject)):
         warnings.warn(doubt, stacklevel=2)
-    return next(label_many([recording], known, settings, driver, tuning))
+    return next(label_many([recording], of_subject, settings, driver, tuning, [known]))
 
 
 def label_many(
@@ -59,6 +64,7 @@ def label_many(
     settings: Settings | None = None,
     driver: Driver | None = None,
     tuning: Tuning = TUNING,
+    known: Sequence[Sequence[KnownLabel]] | None = None,
 ) -> Iterator[Labelling]:
     """Labels recordings side by side, so that their kernels share batches; the labels are those of `label`.
 
@@ -68,6 +74,7 @@ def label_many(
         recordings: points in millimetres, or their files; all are in memory together.
         models: one for all, or one for each recording; `combine_models` makes one of several subjects.
         settings, driver, tuning: as for `label`.
+        known: for each recording the labels that are given, as for `label`.
 
     Yields:
         a `Labelling` for each recording, in order; with `Settings.rescale` its model is the rescaled one.
@@ -77,10 +84,11 @@ def label_many(
     given = one_or_more(recordings)
     models = _one_for_each(models, len(given))
     recordings = [recording_of(one, model, settings) for one, model in zip(given, models)]
-    tracked = [_trajectories(recording, settings) for recording in recordings]
-    controls = (label_control(t, model, settings, tuning) for t, model in zip(tracked, models))
+    known = known or [()] * len(given)
+    tracked = [_tracked(*one, settings) for one in zip(recordings, models, known, strict=True)]
+    controls = (label_control(t, model, settings, tuning, fixed) for (t, fixed), model in zip(tracked, models))
     for recording, answer in zip(recordings, driver.run(controls)):
-        yield _labelling(recording, answer)
+        yield labelling_of(recording, answer)
 
 
 def _one_for_each(models: GivenModel | Sequence[GivenModel], count: int) -> list[SubjectModel]:
@@ -93,8 +101,11 @@ def _one_for_each(models: GivenModel | Sequence[GivenModel], count: int) -> list
     return [model if isinstance(model, SubjectModel) else read[model] for model in models]
 
 
-def _labelling(recording: Recording, answer: Answer) -> Labelling:
+def labelling_of(recording: Recording, answer: Answer) -> Labelling:
+    """What a control says of the trajectories of a recording, as it is given out."""
     stats: dict[str, Any] = {"svd_count": answer.fits}
+    if answer.against.any():
+        stats["against"] = [_told(recording, answer, int(j)) for j in np.flatnonzero(answer.against)]
     if answer.model_fit is not None:
         stats["model_fit"] = answer.model_fit
     return Labelling(
@@ -107,6 +118,24 @@ def _labelling(recording: Recording, answer: Answer) -> Labelling:
         stats,
         answer.could_be,
     )
+
+
+def _told(recording: Recording, answer: Answer, trajectory: int) -> str:
+    """A known label that the evidence is against, in words."""
+    t = answer.trajectories
+    start, stop = int(t.start[trajectory]), int(t.stop[trajectory])
+    column = recording.columns[t.column[start, t.slot[trajectory]]]
+    label = answer.model.markers[answer.identity[trajectory]]
+    return f"{KnownLabel(column, start, stop, label)}, which is known, but the points do not lie like it"
+
+
+def _tracked(
+    recording: Recording, model: SubjectModel, known: Sequence[KnownLabel], settings: Settings
+) -> tuple[Trajectories, FixedLabels]:
+    """The trajectories of a recording, cut where a known label ends, and the labels that are known of them."""
+    points = known_points(recording, model.markers, known)
+    tracks, identity, _ = fix(_trajectories(recording, settings), points)
+    return tracks, FixedLabels.of(tracks, identity, model.num_markers)
 
 
 def _trajectories(recording: Recording, settings: Settings) -> Trajectories:

@@ -626,6 +626,13 @@ class Tuning:
         evidence="fitted: share right in 17 labellings with a doubtful model",
         group="confidence",
     )
+    known_doubt_llr: float = number(
+        0.0,
+        unit="nats",
+        used="confidence: if a label that is given has less evidence than this, that is said",
+        evidence="by hand",
+        group="confidence",
+    )
     near_tie_llr: float = number(
         2.0,
         unit="nats",

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from dshpm_jax._control.full.assignment import margins
 from dshpm_jax._control.full.objective import Solution, model_fit
@@ -23,6 +23,7 @@ class FinalLabels:
         reason: why each has its label or none.
         could_be: the label withheld from each, then the best of the others that would pay; `NO_MATCH` beyond.
         model_fit: see `objective.model_fit`.
+        against: which labels are given although the evidence is against them.
     """
 
     identity: Int[np.ndarray, " trajectories"]
@@ -30,6 +31,7 @@ class FinalLabels:
     reason: tuple[Reason, ...]
     could_be: Int[np.ndarray, "trajectories 2"]
     model_fit: float
+    against: Bool[np.ndarray, " trajectories"]
 
 
 def finalise(problem: LabellingProblem, solution: Solution) -> FinalLabels:
@@ -40,15 +42,19 @@ def finalise(problem: LabellingProblem, solution: Solution) -> FinalLabels:
     chance = np.minimum(_chance(problem, solution), ceiling_of(fit, tuning))
     best = solution.llr.max(1)
     none = _logistic(tuning.accept_llr - best)
-    withheld = named & (chance < problem.settings.min_confidence)
+    fixed = problem.fixed
+    withheld = named & (chance < problem.settings.min_confidence) & ~fixed.given
     margin = margins(solution.identity, solution.llr, t.start, t.stop)
     reason = np.where(best > tuning.accept_llr, Reason.TAKEN, Reason.OUTSIDE)
     reason = np.where(named, Reason.MATCHED, reason)
     reason = np.where(withheld, np.where(margin < tuning.near_tie_llr, Reason.AMBIGUOUS, Reason.DOUBTFUL), reason)
     identity = np.where(withheld, NO_MATCH, solution.identity)
     confidence = np.where(withheld, 1.0 - chance, np.where(named, chance, none))
+    reason, confidence = np.where(fixed.given, Reason.KNOWN, reason), np.where(fixed.given, 1.0, confidence)
     could_be = _alternatives(problem, solution, identity)
-    return FinalLabels(identity, confidence, tuple(map(Reason, reason)), could_be, fit)
+    own = solution.llr[np.arange(len(t)), np.maximum(identity, 0)]
+    against = fixed.given & (identity != NO_MATCH) & (own < tuning.known_doubt_llr)
+    return FinalLabels(identity, confidence, tuple(map(Reason, reason)), could_be, fit, against)
 
 
 def ceiling_of(fit: float, tuning: Tuning = TUNING) -> float:

@@ -32,6 +32,17 @@ class Move:
     promise: float
 
 
+def around_fixed(problem: LabellingProblem, move: Move) -> Move:
+    """What of a move can be made while the labels that are given stay."""
+    fixed = problem.fixed
+    if fixed.open is None:
+        return move
+    free = ~fixed.given[move.trajectories]
+    trajectories, labels = move.trajectories[free], move.labels[free]
+    allowed = fixed.open[trajectories, np.maximum(labels, 0)]
+    return Move(trajectories, np.where(allowed, labels, NO_MATCH), move.promise)
+
+
 def judge_moves(problem: LabellingProblem, solution: Solution, moves: Sequence[Move]) -> Control[np.ndarray]:
     """What each move is worth (nat frames), judged in a few sampled frames of the lives that it touches."""
     t, before = problem.trajectories, solution.evidence

@@ -16,7 +16,8 @@ class Solution:
 
     Attributes:
         identity: the marker of each trajectory, `NO_MATCH` where unknown.
-        llr: mean log-likelihood ratio of each label for each trajectory, given `identity` (nats).
+        llr: mean log-likelihood ratio of each label for each trajectory, given `identity` (nats); `CLOSED_LLR` for
+            labels that it cannot get.
         objective: what the labelling is worth (nat frames); larger is better.
         evidence: the evidence in the sampled frames.
     """
@@ -29,7 +30,7 @@ class Solution:
     @classmethod
     def of(cls, problem: LabellingProblem, identity: np.ndarray, evidence: FrameEvidence) -> "Solution":
         """The solution with these labels, judged by the evidence that they make."""
-        llr = mean_over_lives(problem, evidence)
+        llr = problem.fixed.llr(mean_over_lives(problem, evidence))
         return cls(identity, llr, objective(problem, identity, llr, evidence), evidence)
 
 

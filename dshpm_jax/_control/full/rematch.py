@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Bool, Float
 
-from dshpm_jax._control.full.assignment import assign_labels
+from dshpm_jax._control.full.assignment import assign
 from dshpm_jax._control.full.evidence import FrameEvidence, of_neighbours, slot_of_marker
 from dshpm_jax._control.full.objective import Incumbent, Solution, better_of, gain_in_frames
 from dshpm_jax._control.full.refine import refine_best, refine_labels
@@ -142,4 +142,4 @@ def _merged(problem: LabellingProblem, solution: Solution, votes: list[np.ndarra
     held = np.zeros(total.shape)
     named = np.flatnonzero(solution.identity != NO_MATCH)
     held[named, solution.identity[named]] = problem.tuning.held_votes
-    return assign_labels((total + held) * (t.stop - t.start)[:, None], t.start, t.stop)
+    return assign(problem, (total + held) * (t.stop - t.start)[:, None])

@@ -61,7 +61,7 @@ def _best_of_several(problem: LabellingProblem, first: Solution) -> Control[Solu
             break
     best = incumbent.solution
     agreed = (np.stack(found) == best.identity).mean(0) >= problem.tuning.min_consensus
-    return replace(best, identity=np.where(agreed, best.identity, NO_MATCH))
+    return replace(best, identity=problem.fixed.on(np.where(agreed, best.identity, NO_MATCH)))
 
 
 def _led_by(problem: LabellingProblem, votes: Votes, scale: float) -> Control[Solution]:
