@@ -110,7 +110,7 @@ def whole(labelling: Labelling, trajectory: int) -> Span:
 
 
 def _said(marker: int) -> Verdict:
-    return Verdict(marker, 1.0, Reason.MATCHED if marker != NO_MATCH else Reason.OUTSIDE)
+    return Verdict(marker, 1.0, Reason.KNOWN)
 
 
 def _within(labelling: Labelling, trajectory: int, span: Span) -> Bool[np.ndarray, "frames slots"]:

@@ -1,6 +1,7 @@
 """One trial in hand: its labels, what was done to them, and what is proposed but does not count yet."""
 
 import getpass
+import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -9,7 +10,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from dshpm_jax._corrections import Change, Correction
+from dshpm_jax._corrections import Change, Correction, Corrections
 from dshpm_jax._corrections._format import resolved
 from dshpm_jax._known import KnownLabel
 from dshpm_jax._labelling import Labelling
@@ -30,18 +31,26 @@ class Log(Protocol):
     def append(self, correction: Correction) -> None: ...
 
 
-Solver = Callable[[Labelling, Sequence[KnownLabel], Sequence[KnownLabel]], Labelling | None]
-"""Solves anew around what is said: the labels with it, all that is known, and what of this is new; None if it cannot."""
+Solver = Callable[[Labelling, Sequence[KnownLabel]], Labelling]
+"""Solves anew around what is said: takes the labels with it, and all that is known."""
 
 
 @dataclass(eq=False)
 class Proposal:
-    """A correction that was worked out, and does not count before it is accepted."""
+    """A correction that was worked out, and does not count before it is accepted.
+
+    Attributes:
+        labelling: with all that it changes.
+        mine: with what was said alone.
+        others: what it changes besides.
+        gone: earlier corrections, by their ids, that are taken back because it says the opposite.
+    """
 
     correction: Correction
     labelling: Labelling
     mine: Labelling
     others: list[Effect]
+    gone: list[str]
 
 
 @dataclass(eq=False)
@@ -97,16 +106,19 @@ class Session:
             return self._cut(int(wanted["track"]), int(wanted["frame"]))
         edit = self._edit(wanted)
         kind = "confirm" if wanted["kind"] == "confirm" else "label"
+        gone = superseded(self.standing, edit.known)
+        known = known_of([*(one for one in self.standing if one.id not in gone), _only(edit.known)])
         own = self._own(edit)
         changes = tuple(self._change(known) for known in edit.known)
         solved = None
         if self.solver is not None and kind == "label":
-            solved = self.solver(edit.labelling, (*self.known(), *edit.known), edit.known)
+            solved = self.solver(edit.labelling, known)
         result = edit.labelling if solved is None else adopted(edit.labelling, solved)
         effects = difference(self.labelling, result, own)
         others = [effect for effect in difference(self.labelling, result) if not _covered(effect, edit.known)]
         details = {"effects": effects}
-        self.proposal = Proposal(Correction(kind, changes, by=_user(), details=details), result, edit.labelling, others)
+        correction = Correction(kind, changes, by=_user(), details=details)
+        self.proposal = Proposal(correction, result, edit.labelling, others, gone)
         if not others:
             self.accept()
         return None
@@ -127,6 +139,8 @@ class Session:
             stay = [_as_it_was(effect) for effect in proposal.others if _stays(effect, proposal.mine)]
             effects = difference(self.labelling, labelling, own)
             correction = replace(correction, changes=(*correction.changes, *stay), details={"effects": effects})
+        for one in proposal.gone:
+            self._note(Correction("undo", of=one, by=_user()))
         self._keep(correction, labelling)
 
     def refuse(self) -> None:
@@ -180,9 +194,12 @@ class Session:
         for due in standing[same:]:
             self.labelling = self._with(made[due])
 
-    def _keep(self, correction: Correction, labelling: Labelling) -> None:
+    def _note(self, correction: Correction) -> None:
         self.log.append(correction)
         self.lines.append(correction)
+
+    def _keep(self, correction: Correction, labelling: Labelling) -> None:
+        self._note(correction)
         self.labelling, self.proposal = labelling, None
         self.version += 1
         self.kept()
@@ -254,9 +271,35 @@ class Session:
 
 def known_of(standing: Sequence[Correction]) -> tuple[KnownLabel, ...]:
     """What corrections say of which points; later ones count where two are of the same."""
-    from dshpm_jax._corrections import Corrections
-
     return Corrections("", "", tuple(standing)).known()
+
+
+def superseded(standing: Sequence[Correction], said: Sequence[KnownLabel]) -> list[str]:
+    """The ids of earlier corrections that say nothing but that other points have labels which these points have.
+
+    Raises:
+        ValueError: an earlier correction says that, and more.
+    """
+    gone = []
+    for one in standing:
+        clash = [any(_contradict(change.known, new) for new in said) for change in one.changes]
+        if all(clash) and clash:
+            gone.append(one.id)
+        elif any(clash):
+            label = next(change.label for change, wrong in zip(one.changes, clash, strict=True) if wrong)
+            raise ValueError(f"you said before that {label} is another point in these frames; exchange the two, or undo")
+    return gone
+
+
+def _contradict(old: KnownLabel, new: KnownLabel) -> bool:
+    """Whether the label of one column is said of another at the same time."""
+    apart = old.column == new.column or old.label is None or old.label != new.label
+    old_last, new_last = (math.inf if one.last is None else one.last for one in (old, new))
+    return not apart and old.first < new_last and new.first < old_last
+
+
+def _only(known: Sequence[KnownLabel]) -> Correction:
+    return Correction("label", tuple(Change(k.column, k.first, k.last or k.first + 1, k.label) for k in known))
 
 
 def joined_again(labelling: Labelling, column: int, frame: int) -> Labelling:
