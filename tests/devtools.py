@@ -114,7 +114,7 @@ class Browser:
     def press(self, *keys: str, shift: bool = False) -> None:
         """Presses keys one after the other."""
         for key in keys:
-            number, text = KEYS.get(key, (ord(key.upper()), key))
+            number, text = KEYS[key] if key in KEYS else (ord(key.upper()), key)
             code = f"Digit{key}" if key.isdigit() else f"Key{key.upper()}" if key.isalpha() and len(key) == 1 else key
             about = {"key": key.upper() if shift else key, "code": code, "windowsVirtualKeyCode": number}
             about["modifiers"] = 8 if shift else 0

@@ -55,6 +55,22 @@ def app_of(desk: Desk) -> Starlette:
             _do(opened.session, sent)
             return desk.state(opened)
 
+    def gaps(request: Request, sent: dict[str, Any]) -> Any:
+        opened = desk.trial(request.path_params["id"])
+        with opened.session.at(request.path_params["version"]):
+            return desk.gaps(opened)
+
+    def errors(request: Request, sent: dict[str, Any]) -> Any:
+        opened = desk.trial(request.path_params["id"])
+        with opened.session.at(request.path_params["version"]):
+            return desk.gap_errors(opened, request.path_params["first"])
+
+    def name(request: Request, sent: dict[str, Any]) -> Any:
+        opened = desk.trial(request.path_params["id"])
+        with opened.session.at(sent["version"]):
+            desk.name(opened, sent)
+            return {}
+
     def queue(request: Request, sent: dict[str, Any]) -> Any:
         return {"title": desk.title, "trials": desk.queue()}
 
@@ -67,6 +83,10 @@ def app_of(desk: Desk) -> Starlette:
         Route("/api/trial/{id}", answering(trial)),
         Route("/api/points/{id}", answering(points)),
         Route("/api/candidates/{id}/{version:int}/{track:int}", answering(options)),
+        Route("/api/gaps/{id}/{version:int}", answering(gaps)),
+        Route("/api/errors/{id}/{version:int}/{first:int}", answering(errors)),
+        Route("/api/names", answering(lambda request, sent: desk.sources())),
+        Route("/api/names/{id}", answering(name), methods=["POST"]),
         Route("/api/do/{id}", answering(do), methods=["POST"]),
     ]
     return Starlette(routes=routes)

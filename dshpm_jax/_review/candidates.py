@@ -1,20 +1,25 @@
 """What a trajectory may be: labels with the probability of each, for the keys of the page."""
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from dshpm_jax._control.tuning import TUNING
 from dshpm_jax._labelling import Labelling
+from dshpm_jax._requests import Control
 from dshpm_jax._settings import Settings
 from dshpm_jax._types import NO_MATCH
 
 SHOWN = 9
 """count; used in `candidates`: as many as there are keys."""
 
-LEAST = 0.001
+LEAST = 1e-4
 """share; used in `candidates`: a label that is less likely has no key."""
+
+MOST_LIMBS = 12
+"""count; used in `Evidence.as_others`: exchanges of limbs that are tried; each takes some hundredths of a second."""
 
 LIKELY_IF_WITHHELD = 0.5
 """probability; used in `candidates`: where nothing but names is known, of labels that the result says it may be."""
@@ -27,35 +32,69 @@ class Candidate(NamedTuple):
     probability: float
 
 
-def evidence_of(labelling: Labelling, settings: Settings) -> Float[np.ndarray, "trajectories markers"]:
-    """How well each label fits each trajectory over its life, given the other labels (nats)."""
-    from dshpm_jax._control.full.evidence import evidence_in, mean_over_lives, sample_frames  # jax is slow to start
-    from dshpm_jax._control.problem import LabellingProblem
-    from dshpm_jax._driver import Driver
+class Evidence:
+    """How well labels fit trajectories over their lives, given the other labels of a labelling (nats).
 
-    problem = LabellingProblem(labelling.trajectories, labelling.model, settings)
+    Attributes:
+        llr: of each label for each trajectory.
+    """
 
-    def control():
-        found = yield from evidence_in(problem, labelling.identity, sample_frames(problem))
-        return mean_over_lives(problem, found)
+    def __init__(self, labelling: Labelling, settings: Settings):
+        from dshpm_jax._control.problem import LabellingProblem  # jax is slow to start
 
-    return next(Driver().run([control()]))
+        self._labelling = labelling
+        self._problem = LabellingProblem(labelling.trajectories, labelling.model, settings)
+        self.llr = self._given(labelling.identity)
+        self._gains: dict[bytes, Float[np.ndarray, " trajectories"]] = {}
+
+    def as_others(self, trajectory: int, label: int) -> Iterator[tuple[int, float]]:
+        """What `label` becomes where a limb is exchanged with its counterpart, and what the mean label of these limbs
+        gains while the trajectory is seen (nats)."""
+        if label == NO_MATCH:
+            return
+        tracks, identity = self._labelling.trajectories, self._labelling.identity
+        shared = np.minimum(tracks.stop, tracks.stop[trajectory]) - np.maximum(tracks.start, tracks.start[trajectory])
+        moving = [to for to in self._problem.prepared.side_permutations if to[label] != label]
+        for to in moving[:MOST_LIMBS]:
+            involved = np.flatnonzero((identity != NO_MATCH) & (to[identity] != identity) & (shared > 0))
+            if len(involved):
+                yield int(to[label]), float(np.average(self._gain(to)[involved], weights=shared[involved]))
+
+    def _gain(self, to: Int[np.ndarray, " markers"]) -> Float[np.ndarray, " trajectories"]:
+        if to.tobytes() not in self._gains:
+            identity = self._labelling.identity
+            then = np.where(identity != NO_MATCH, to[identity], NO_MATCH)
+            which = np.arange(len(identity))
+            self._gains[to.tobytes()] = self._given(then)[which, then] - self.llr[which, identity]
+        return self._gains[to.tobytes()]
+
+    def _given(self, identity: Int[np.ndarray, " trajectories"]) -> Float[np.ndarray, "trajectories markers"]:
+        from dshpm_jax._control.full.evidence import evidence_in, mean_over_lives, sample_frames
+        from dshpm_jax._driver import Driver
+
+        problem = self._problem
+
+        def control() -> Control[Float[np.ndarray, "trajectories markers"]]:
+            found = yield from evidence_in(problem, identity, sample_frames(problem))
+            return mean_over_lives(problem, found)
+
+        return next(Driver().run([control()]))
 
 
-def candidates(
-    labelling: Labelling, trajectory: int, llr: Float[np.ndarray, "trajectories markers"] | None
-) -> list[Candidate]:
+def candidates(labelling: Labelling, trajectory: int, evidence: Evidence | None) -> list[Candidate]:
     """Labels of a trajectory, the likeliest first, no more than there are keys; "no marker" is among them.
 
     The label that it has is as likely as the labelling says. The others share the rest by what the labels of the
-    recording would be worth with them: where another trajectory has such a label meanwhile, the two are exchanged.
+    recording would be worth with them: where another trajectory has such a label meanwhile, the two are exchanged, or
+    their whole limbs.
 
     Arguments:
-        llr: see `evidence_of`; without it the labels that the labelling names share alike.
+        evidence: without it the labels that the labelling names share alike.
     """
     markers = labelling.model.markers
     present, chance = _present(labelling, trajectory)
-    share = _by_evidence(labelling, trajectory, llr) if llr is not None else _by_name(labelling, trajectory)
+    named = evidence is None
+    share = _by_name(labelling, trajectory) if named else _by_evidence(labelling, trajectory, evidence)
     number = len(markers) if present == NO_MATCH else present  # "no marker" comes last
     rest = np.delete(share, number)
     share = share * (1 - chance) / max(rest.sum(), 1e-12)
@@ -83,15 +122,18 @@ def _by_name(labelling: Labelling, trajectory: int) -> Float[np.ndarray, " marke
     return share
 
 
-def _by_evidence(labelling: Labelling, trajectory: int, llr: np.ndarray) -> Float[np.ndarray, " markers+1"]:
+def _by_evidence(labelling: Labelling, trajectory: int, evidence: Evidence) -> Float[np.ndarray, " markers+1"]:
     """Proportional to the odds of each label by its evidence, less what the trajectory that has it now would lose."""
-    own, least = llr[trajectory].astype(float), TUNING.accept_llr
+    llr, least = evidence.llr, TUNING.accept_llr
+    own = llr[trajectory].astype(float)
     present = int(labelling.identity[trajectory])
     worth = np.append(own, least)
     for marker, holder in _holders(labelling, trajectory).items():
         if marker != present:
             instead = max(llr[holder, present] if present != NO_MATCH else -np.inf, least)
             worth[marker] += instead - max(llr[holder, marker], least)
+    for marker, gain in evidence.as_others(trajectory, present):
+        worth[marker] = max(worth[marker], own[present] + gain)
     return np.exp(TUNING.confidence_per_nat * (worth - worth.max()))
 
 

@@ -4,7 +4,9 @@ import threading
 from collections.abc import Mapping
 from typing import Any
 
-from dshpm_jax._review.candidates import candidates, evidence_of
+from dshpm_jax._review.candidates import Evidence, candidates
+from dshpm_jax._review.gaps import Gaps
+from dshpm_jax._review.naming import Source, add_names, sources_of, take_names
 from dshpm_jax._review.opening import settings_of
 from dshpm_jax._review.places import Place
 from dshpm_jax._review.shown import body_of, room_of, state_of, tracks_of
@@ -27,6 +29,8 @@ class Desk:
         self._open: Trial | None = None
         self._lock = threading.RLock()
         self._evidence: tuple[Any, int, Any] = (None, -1, None)
+        self._gaps: tuple[Any, Any] = (None, None)
+        self._sources: dict[str, Source] = {}
         self._trouble = ""
         self.writer = Writer(self._told)
 
@@ -79,6 +83,37 @@ class Desk:
                 raise ValueError("there is no such trajectory")
             return candidates(session.labelling, track, self._evidence_of(trial))
 
+    def gaps(self, trial: Trial) -> list[Any]:
+        """See `Gaps.listed`."""
+        session = trial.session
+        with session.lock:
+            room, _ = room_of(trial)
+            markers = session.labelling.model.markers
+            return self._gaps_of(trial).listed(session.fills(), markers, room["axes"])
+
+    def gap_errors(self, trial: Trial, first: int) -> list[Any]:
+        """See `Gaps.errors`."""
+        with trial.session.lock:
+            return self._gaps_of(trial).errors(first)
+
+    def sources(self) -> list[dict[str, Any]]:
+        """Where names may come from."""
+        self._sources = {source.id: source for source in sources_of(self._places.values())}
+        return [{"id": one.id, "text": one.text, "count": len(one.names)} for one in self._sources.values()]
+
+    def name(self, trial: Trial, sent: Mapping[str, Any]) -> None:
+        """Gives a trial the names of a source, or further ones.
+
+        Raises:
+            KeyError: there is no such source.
+            ValueError: it cannot have them.
+        """
+        with trial.session.lock:
+            if "source" in sent:
+                take_names(trial, self._sources[sent["source"]])
+            else:
+                add_names(trial, list(sent["add"]))
+
     def status(self) -> dict[str, Any]:
         """Whether all is written, and what went wrong where it is not."""
         trial = self._open
@@ -89,14 +124,13 @@ class Desk:
         """Writes what is due and lets go of the trial."""
         with self._lock:
             self.writer.end()
-            if self._open is not None:
-                self._open.close()
-                self._open = None
+            self._close()
 
     def _close(self) -> None:
         if self._open is not None:
             self.writer.flush(self._open)
-            self._open.close()
+            with self._open.session.lock:  # whatever is solved just now ends first
+                self._open.close()
             self._open = None
 
     def _evidence_of(self, trial: Trial) -> Any:
@@ -104,8 +138,22 @@ class Desk:
             return None
         session, (of, version, found) = trial.session, self._evidence
         if of is not trial or version != session.version:
-            found = evidence_of(session.labelling, settings_of(trial.head))
+            found = Evidence(session.labelling, settings_of(trial.head))
             self._evidence = trial, session.version, found
+        return found
+
+    def _gaps_of(self, trial: Trial) -> Gaps:
+        """Those of the labels; accepting one changes none of them."""
+        of, found = self._gaps
+        if of is not trial.session.labelling:
+            if trial.place.result.suffix.lower() != ".c3d":
+                raise ValueError(
+                    "gaps are filled in C3D files alone, where filled points can be told from measured ones"
+                )
+            if not trial.knows_body:
+                raise ValueError("gaps are filled by a model of the subject, and this trial has none")
+            found = Gaps(trial.session.labelling)
+            self._gaps = trial.session.labelling, found
         return found
 
     def _is_behind(self, trial: Trial) -> bool:

@@ -122,7 +122,9 @@ def difference(
     differs = was != now
     if own is not None:
         differs |= own & (_sure_at(before) != _sure_at(later))
-    return sorted(effect for slot in np.flatnonzero(differs.any(0)) for effect in _in_slot(before, later, differs, slot))
+    return sorted(
+        effect for slot in np.flatnonzero(differs.any(0)) for effect in _in_slot(before, later, differs, slot)
+    )
 
 
 def _in_slot(before: Labelling, later: Labelling, differs: np.ndarray, slot: int) -> Iterator[Effect]:

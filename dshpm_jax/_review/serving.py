@@ -36,7 +36,7 @@ class Server:
         token = new_token()
         self.address = f"http://{HOST}:{self.port}/{token}/"
         app: Any = Guard(app_of(desk), token, self.port, framed_by)
-        about = {"lifespan": "off", "access_log": False, "log_level": "error", "server_header": False}
+        about = {"lifespan": "off", "access_log": False, "log_level": "critical", "server_header": False}
         self._server = uvicorn.Server(uvicorn.Config(app, timeout_graceful_shutdown=2, **about))
         self._thread: threading.Thread | None = None
 

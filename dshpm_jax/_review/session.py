@@ -287,7 +287,9 @@ def superseded(standing: Sequence[Correction], said: Sequence[KnownLabel]) -> li
             gone.append(one.id)
         elif any(clash):
             label = next(change.label for change, wrong in zip(one.changes, clash, strict=True) if wrong)
-            raise ValueError(f"you said before that {label} is another point in these frames; exchange the two, or undo")
+            raise ValueError(
+                f"you said before that {label} is another point in these frames; exchange the two, or undo"
+            )
     return gone
 
 

@@ -6,15 +6,19 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from dshpm_jax import io
 from dshpm_jax._archive.hashes import INPUT, MODEL, hash_file, read_models
-from dshpm_jax._corrections import Correction, CorrectionsError, Locked, append, check_belongs, locked, read_corrections
+from dshpm_jax._corrections import Correction, Locked, append, check_belongs, locked, read_corrections
 from dshpm_jax._given import recording_of
+from dshpm_jax._labelling import Labelling, Reason
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._review.opening import bare_model, labelling_of, segments_of, settings_of
 from dshpm_jax._review.places import Place
 from dshpm_jax._review.session import Session
 from dshpm_jax._review.solving import solver_for
+from dshpm_jax._types import NO_MATCH
 
 APPLIED = "corrections"
 """In sidecars: the ids of the corrections that their labels have."""
@@ -78,25 +82,42 @@ def open_trial(place: Place) -> Trial:
 
 def _read(place: Place) -> tuple[Session, Mapping[str, Any], bool]:
     source = place.job.source
-    sidecar = io.read_sidecar(place.sidecar)
-    if sidecar is None:
-        raise CannotOpen(f"{place.sidecar}: is not there or damaged; label the recording again")
     if not source.is_file():
         raise CannotOpen(f"{source}: the recording is not there any more; put it back, or label it from where it is")
+    sidecar = io.read_sidecar(place.sidecar)
+    if sidecar is None and place.sidecar.exists():
+        raise CannotOpen(f"{place.sidecar}: is damaged; label the recording again")
+    if sidecar is None:
+        return Session(unlabelled(source), _File(place.corrections, source)), {}, False
     if hash_file(source) != sidecar.get("hashes", {}).get(INPUT):
         raise CannotOpen(f"{source}: has changed since it was labelled; label it again")
     model, knows_body = _model(place, sidecar)
-    recording = recording_of(source, model, settings_of(sidecar))
+    settings = settings_of(sidecar)
+    recording = recording_of(source, model, settings)
     found = read_corrections(place.corrections)
     if found is not None:
         check_belongs(found, place.corrections, source)
     lines = list(found.lines if found is not None else ())
-    labelling = labelling_of(sidecar, recording, model)
-    session = Session(labelling, _File(place.corrections, source), lines)
+    session = Session(labelling_of(sidecar, recording, model), _File(place.corrections, source), lines)
     session.catch_up(sidecar.get(APPLIED, ()))
-    session.solver = solver_for(settings_of(sidecar)) if knows_body else None
+    session.solver = solver_for(settings) if knows_body else None
     head = {name: value for name, value in sidecar.items() if name != "trajectories"}
-    return session, head, knows_body
+    return session, head, knows_body and not settings.rescale
+
+
+def unlabelled(source: Path) -> Labelling:
+    """A recording that nobody labelled: what its file names is known, and there are no other names."""
+    from dshpm_jax._pretracking import pretrack  # imports jax
+
+    recording = io.read(source)
+    tracks = pretrack(recording)
+    markers = tuple(dict.fromkeys(name for name, named in zip(recording.labels, recording.labelled) if named))
+    number = {name: k for k, name in enumerate(markers)}
+    column = tracks.column[tracks.start, tracks.slot]
+    identity = np.array([number.get(recording.labels[c], NO_MATCH) for c in column], np.int32)
+    named = identity != NO_MATCH
+    reason = tuple(Reason.KNOWN if known else Reason.OUTSIDE for known in named)
+    return Labelling(recording, bare_model(markers), tracks, identity, named.astype(float), reason)
 
 
 def _model(place: Place, sidecar: Mapping[str, Any]) -> tuple[SubjectModel, bool]:
@@ -109,8 +130,3 @@ def _model(place: Place, sidecar: Mapping[str, Any]) -> tuple[SubjectModel, bool
     except (ValueError, OSError, IndexError):
         pass
     return bare_model(markers, segments_of(sidecar)), False
-
-
-def reasons_to_catch(error: Exception) -> str:
-    """The line about an error that the page shows."""
-    return " ".join(str(error).split()) if isinstance(error, ValueError | CorrectionsError) else type(error).__name__

@@ -22,8 +22,8 @@ def _row(place: Place) -> dict[str, Any]:
     sidecar = io.read_sidecar(place.sidecar, column_runs=False)
     row = {"id": place.id, "name": place.name, "outcome": place.row.get("outcome"), "severity": severity(place.row)}
     if sidecar is None:
-        why = place.row.get("message") or "not labelled yet"
-        return {**row, "stake": 0, "doubts": [], "count": 0, "opens": False, "why": why}
+        why, new = place.row.get("message"), not place.row
+        return {**row, "stake": 0, "doubts": [], "count": 0, "opens": new, "why": why or "not labelled yet", "new": new}
     doubts = doubts_in(sidecar)
     stake = sum(doubt["stake"] for doubt in doubts)
     opens = {"opens": True, "stake": round(stake, 3), "count": len(doubts), "doubts": doubts[:MAX_DOUBTS]}

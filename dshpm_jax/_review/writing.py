@@ -4,14 +4,15 @@ import logging
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from dshpm_jax._archive.hashes import INPUT, hash_file
+from dshpm_jax._archive.hashes import INPUT, SETTINGS, hash_file, hash_settings
 from dshpm_jax._archive.manifest import Manifest, known_rows
 from dshpm_jax._archive.outcomes import figures_of, judged
 from dshpm_jax._archive.results import write_result
+from dshpm_jax._review.gaps import Gaps
 from dshpm_jax._review.opening import settings_of
 from dshpm_jax._review.trial import APPLIED, Trial
 from dshpm_jax.report._run_page import write_run_page
@@ -34,11 +35,17 @@ def write_back(trial: Trial) -> None:
     session, place = trial.session, trial.place
     with session.lock:
         labelling, applied, version = session.labelling, [one.id for one in session.standing], session.version
+        fills = session.fills()
     settings = settings_of(trial.head)
     figures = figures_of(labelling)
-    hashes = dict(trial.head.get("hashes", {})) or {INPUT: hash_file(place.job.source)}
-    record = {name: trial.head[name] for name in ("settings",) if name in trial.head}
-    write_result(labelling, place.job, place.out, hashes, {**record, "figures": figures, APPLIED: applied})
+    hashes = {SETTINGS: hash_settings(settings), INPUT: hash_file(place.job.source), **trial.head.get("hashes", {})}
+    record = {"settings": asdict(settings), "figures": figures, APPLIED: applied}
+
+    def finish(path: Path) -> None:
+        if fills and path.suffix.lower() == ".c3d":
+            Gaps(labelling).fill(labelling, fills, path)
+
+    write_result(labelling, place.job, place.out, hashes, record, finish)
     outcome = judged(place.job, settings, hashes, figures | {"stats": labelling.stats})
     trial.written = version
     manifest = Manifest(place.out)

@@ -46,7 +46,7 @@ def room_data(
     names: Sequence[str],
     rate: float,
 ) -> tuple[dict[str, Any], Int[np.ndarray, "frames columns+1 3"]]:
-    """How points are laid out and looked at, and the points themselves as 16-bit steps.
+    """How points are laid out and looked at, and the points themselves as 16-bit steps; `axes` are in which order.
 
     Arguments:
         points: what is shown (mm), NaN where there is none; the path of the camera's target comes behind.
@@ -63,6 +63,7 @@ def room_data(
         "rate": rate,
         "frames": len(points),
         "columns": points.shape[1] + 1,
+        "axes": turn,
         "step": step,
         "centre": centre,
         "floor": float(np.quantile(figure[near][:, 2], 0.002)),

@@ -1,8 +1,9 @@
 // Gaps that can be filled: looked at one by one, accepted or left open; nothing is filled unless somebody says so.
 
-let gaps = null, gapInHand = -1;
+let gaps = null, gapInHand = -1, filling = false;
 
 function staleGaps() {
+  if (filling) return;  // which changes no label
   gaps = null;
   if (!element("gaps-tab").hidden) loadGaps();
 }
@@ -24,9 +25,21 @@ async function loadGaps() {
     return;
   }
   tellGaps();
+  tellErrors(gaps);
 }
 
-const millimetres = x => x == null ? "?" : `${x < 10 ? x.toFixed(1) : Math.round(x)} mm`;
+// Expected errors come some at a time.
+async function tellErrors(mine) {
+  for (let first = 0; gaps === mine && first >= 0 && mine.length;) {
+    const version = state.version, found = await call(`errors/${DATA.id}/${version}/${first}`).catch(() => []);
+    found.forEach(([body, spline], k) => Object.assign(mine[first + k], {body, spline}));
+    if (gaps === mine) tellGaps();
+    if (!found.length && version === state.version) return;
+    first = mine.findIndex(gap => gap.body === undefined);
+  }
+}
+
+const millimetres = x => x === undefined ? "\u2026" : x === null ? "?" : `${x < 10 ? x.toFixed(1) : Math.round(x)} mm`;
 
 function tellGaps() {
   const tab = element("gaps-tab"), place = tab.querySelector(".gaps")?.scrollTop ?? 0;
@@ -76,11 +89,13 @@ function stepGap(by) {
 async function fillGap(accepted) {
   const gap = gaps?.[gapInHand];
   if (!gap) return stepGap(1);
-  const own = gaps, k = gapInHand;
-  if (gap.accepted === accepted) return stepGap(1);
-  if (!await send({kind: "fill", marker: names[gap.marker], first: gap.first, last: gap.last + 1, accepted})) return;
-  gaps = own;
-  own[k].accepted = accepted;
+  if (gap.accepted !== accepted) {
+    filling = true;
+    const done = await send({kind: "fill", marker: names[gap.marker], first: gap.first, last: gap.last + 1, accepted});
+    filling = false;
+    if (!done) return;
+    gap.accepted = accepted;
+  }
   stepGap(1);
 }
 
