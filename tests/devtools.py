@@ -129,7 +129,8 @@ class Browser:
 
     def click_on(self, selector: str, text: str = "") -> None:
         """Clicks the first element that a selector finds and that holds a text."""
-        found = f"[...document.querySelectorAll({json.dumps(selector)})].find(n => n.innerText.includes({json.dumps(text)}))"
+        every = f"[...document.querySelectorAll({json.dumps(selector)})]"
+        found = f"{every}.find(n => n.innerText.includes({json.dumps(text)}))"
         box = self.wait(
             f"(() => {{ const n = {found}; if (!n) return null; n.scrollIntoView({{block: 'nearest'}});"
             " const b = n.getBoundingClientRect(); return [b.left + b.width / 2, b.top + b.height / 2]; })()"

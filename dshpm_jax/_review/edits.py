@@ -43,7 +43,7 @@ def say(labelling: Labelling, cells: Bool[np.ndarray, "frames slots"], marker: i
     """Some points are `marker` (`NO_MATCH`: none); others that have that label in these frames lose it."""
     note, verdicts = nothing_new(labelling), [_said(marker), Verdict(NO_MATCH, 0.5, Reason.TAKEN)]
     if marker != NO_MATCH:
-        note[(labels_at(labelling) == marker) & cells.any(1)[:, None]] = 1
+        note[np.equal(labels_at(labelling), marker) & cells.any(1, keepdims=True)] = 1
     note[cells] = 0
     return Edit(rewritten(labelling, note, verdicts), _known(labelling, cells, marker))
 

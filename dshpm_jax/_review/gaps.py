@@ -44,7 +44,7 @@ class Gaps:
             for marker, span in self.places
         ]
 
-    def errors(self, first: int) -> list[tuple[float | None, float | None]]:
+    def errors(self, first: int) -> list[tuple[float | None, ...]]:
         """Expected errors (mm), by the body and by a spline, of some gaps from the number `first` on."""
         return [tuple(self._expected.of(marker, *span)) for marker, span in self.places[first : first + AT_ONCE]]
 

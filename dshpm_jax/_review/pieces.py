@@ -123,7 +123,7 @@ def difference(
     if own is not None:
         differs |= own & (_sure_at(before) != _sure_at(later))
     return sorted(
-        effect for slot in np.flatnonzero(differs.any(0)) for effect in _in_slot(before, later, differs, slot)
+        effect for slot in np.flatnonzero(differs.any(0)).tolist() for effect in _in_slot(before, later, differs, slot)
     )
 
 

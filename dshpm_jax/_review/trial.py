@@ -77,7 +77,7 @@ def open_trial(place: Place) -> Trial:
         except (ValueError, OSError) as error:
             text = f"{place.name}: {error.strerror}; check the disk" if isinstance(error, OSError) else str(error)
             raise CannotOpen(text) from None
-        return Trial(place, session, head, knows_body, stack.pop_all())
+        return Trial(place, session, head, knows_body, _held=stack.pop_all())
 
 
 def _read(place: Place) -> tuple[Session, Mapping[str, Any], bool]:
