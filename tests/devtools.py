@@ -116,7 +116,11 @@ class Browser:
         for key in keys:
             number, text = KEYS[key] if key in KEYS else (ord(key.upper()), key)
             code = f"Digit{key}" if key.isdigit() else f"Key{key.upper()}" if key.isalpha() and len(key) == 1 else key
-            about = {"key": key.upper() if shift else key, "code": code, "windowsVirtualKeyCode": number}
+            about = {
+                "key": key.upper() if shift and len(key) == 1 else key,
+                "code": code,
+                "windowsVirtualKeyCode": number,
+            }
             about["modifiers"] = 8 if shift else 0
             self._call("Input.dispatchKeyEvent", type="keyDown", **about, **({"text": text} if text else {}))
             self._call("Input.dispatchKeyEvent", type="keyUp", **about)

@@ -70,6 +70,7 @@ def open_trial(place: Place) -> Trial:
     """
     with ExitStack() as stack:
         try:
+            place.lock.parent.mkdir(parents=True, exist_ok=True)
             stack.enter_context(locked(place.lock))
             session, head, knows_body = _read(place)
         except Locked:

@@ -30,3 +30,9 @@ if (wanted.has("frame")) show(+wanted.get("frame"));
 else if (doubts.length) nextDoubt(1);
 else select(-1);
 document.body.dataset.ready = "yes";
+
+// For who drives the page by mouse: where a place in the room (mm, as the file has it) is in the window.
+window.reviewPlace = at => {
+  const box = canvas.getBoundingClientRect(), [x, y] = camera()(DATA.axes.map(axis => at[axis]));
+  return [box.left + x, box.top + y];
+};

@@ -1,33 +1,39 @@
 // What the program answers: kept at once, or proposed because other labels change as well.
 
-let busy = false;
+let before = Promise.resolve(), waitingFor = 0;  // what is asked goes out one by one
 
-async function send(body) {
-  if (busy) return false;
-  busy = true;
+// What is about a trajectory is about the labels that are shown now; the rest about those that there are by then.
+function send(body) {
+  const version = "track" in body || "one" in body ? state.version : null;
+  before = before.then(() => ask(body, version ?? state.version));
+  return before;
+}
+
+async function ask(body, version) {
+  waitingFor += 1;
   const late = setTimeout(() => document.body.classList.add("busy"), 120);
   try {
-    takeAnswer(await call(`do/${DATA.id}`, {version: state.version, ...body}));
+    takeAnswer(await call(`do/${DATA.id}`, {version, ...body}));
     return !state.proposal;
   } catch (error) {
     toast(error.message);
-    if (error.status === 409) takeAnswer(await call(`trial/${DATA.id}`));
+    if (error.status === 409) takeAnswer(await call(`trial/${DATA.id}`).catch(() => state));
     return false;
   } finally {
     clearTimeout(late);
-    document.body.classList.remove("busy");
-    busy = false;
+    waitingFor -= 1;
+    if (!waitingFor) document.body.classList.remove("busy");
   }
 }
 
 function takeAnswer(found) {
-  const before = state.version;
+  const earlier = state.version;
   take(found);
   if (!state.proposal) setExtentQuietly();
   selectAgain();
   tellDone();
   tellNames();
-  if (state.version !== before) {
+  if (state.version !== earlier) {
     tellSaved("kept");
     watchSaving();
     staleGaps();
