@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from dshpm_jax import synthesis as synthesis
     from dshpm_jax._check import Finding as Finding
     from dshpm_jax._check import check as check
+    from dshpm_jax._correct import correct as correct
     from dshpm_jax._driver import Driver as Driver
     from dshpm_jax._label import label as label
     from dshpm_jax._label import label_many as label_many
@@ -60,6 +61,7 @@ __all__ = [
     "AbstractMatchScore",
     "check",
     "combine_models",
+    "correct",
     "Driver",
     "evaluation",
     "Filled",
@@ -104,6 +106,7 @@ __all__ = [
 _ON_DEMAND = {
     "Finding": "_check",
     "check": "_check",
+    "correct": "_correct",
     "Driver": "_driver",
     "label": "_label",
     "label_many": "_label",

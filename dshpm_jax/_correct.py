@@ -3,15 +3,12 @@
 import dataclasses
 from collections.abc import Sequence
 
-import numpy as np
-from jaxtyping import Int
-
 from dshpm_jax._control.tuning import TUNING, Tuning
 from dshpm_jax._control.uses.correcting import corrected
 from dshpm_jax._driver import Driver
-from dshpm_jax._known import KnownLabel, known_points
-from dshpm_jax._label import labelling_of
-from dshpm_jax._labelling import WITHHELD, Labelling
+from dshpm_jax._known import KnownLabel
+from dshpm_jax._label import labelling_of, points_given
+from dshpm_jax._labelling import Labelling
 from dshpm_jax._settings import Settings
 
 
@@ -25,11 +22,11 @@ def correct(
     """Labels a recording anew around labels that are known, starting from those that it has.
 
     This is much faster than `label(recording, model, known=...)`, as nothing is searched for: what the known labels
-    leave room for stays unless the evidence is against it now. What it gives depends on the labels before; `label` is
-    what a result is made with.
+    leave room for stays unless the evidence is against it now, and only what is seen together with a label that changes
+    is judged anew. What it gives depends on the labels before; `label` is what a result is made with.
 
     Arguments:
-        labelling: of the full method, or read from a result (`io.read_labelling`).
+        labelling: of the full method, or one that was corrected before.
         known: all labels that are known, also those that were known before.
         settings, driver, tuning: as for `label`; the method is the full one.
 
@@ -37,14 +34,6 @@ def correct(
         ValueError: known labels contradict each other, or are of other markers or points.
     """
     settings = dataclasses.replace(settings or Settings(), method="full", rescale=False)
-    points = known_points(labelling.recording, labelling.model.markers, known)
-    control = corrected(labelling.trajectories, _held(labelling), points, labelling.model, settings, tuning)
+    known_now = points_given(labelling.recording, labelling.model, known, settings)
+    control = corrected(labelling, known_now, settings, tuning)
     return labelling_of(labelling.recording, next((driver or Driver()).run([control])))
-
-
-def _held(labelling: Labelling) -> Int[np.ndarray, " trajectories"]:
-    """The labels given out, and those that were only withheld."""
-    if labelling.could_be is None:
-        return labelling.identity
-    withheld = np.array([reason in WITHHELD for reason in labelling.reason], bool)
-    return np.where(withheld, labelling.could_be[:, 0], labelling.identity).astype(np.int32)

@@ -1,6 +1,7 @@
 """Labels that are given with a recording, as a person or its file says them."""
 
-from collections.abc import Sequence
+import sys
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,6 +9,8 @@ from jaxtyping import Int
 
 from dshpm_jax._recording import Recording, no_such_name
 from dshpm_jax._types import NO_MATCH, UNKNOWN
+
+END = sys.maxsize  # of a span that ends with its recording
 
 
 @dataclass(frozen=True)
@@ -36,6 +39,41 @@ class KnownLabel:
     def __str__(self) -> str:
         until = "the end" if self.last is None else f"{self.last - 1}"
         return f"column {self.column}, frames {self.first} to {until}: {self.label or 'no marker'}"
+
+
+def latest(known: Iterable[KnownLabel]) -> tuple[KnownLabel, ...]:
+    """The known labels less what later ones say otherwise, by column and frame.
+
+    Of one point the last label counts, and of one label in one frame the last column.
+    """
+    spans: list[KnownLabel] = []
+    for new in known:
+        spans = [*without(spans, new), new]
+    return tuple(sorted(spans, key=lambda one: (one.column, one.first)))
+
+
+def without(known: Sequence[KnownLabel], new: KnownLabel) -> list[KnownLabel]:
+    """What is left of known labels where another says otherwise of the same points, or of the same label."""
+    meet = (one.column == new.column or (one.label is not None and one.label == new.label) for one in known)
+    return [part for one, both in zip(known, meet) for part in (_outside(one, new) if both else [one])]
+
+
+def _outside(old: KnownLabel, new: KnownLabel) -> list[KnownLabel]:
+    """What is left of a span without the frames of another."""
+    ends = [END if one.last is None else one.last for one in (old, new)]
+    parts = (old.first, min(ends[0], new.first)), (max(old.first, ends[1]), ends[0])
+    return [KnownLabel(old.column, a, None if b == END else b, old.label) for a, b in parts if a < b]
+
+
+def names_known(
+    recording: Recording, markers: Sequence[str], first: int = 0, last: int | None = None
+) -> tuple[KnownLabel, ...]:
+    """What the names of the columns say, as known labels: those of markers, in frames `first <= t < last`."""
+    return tuple(
+        KnownLabel(column, first, last, label)
+        for column, label in zip(recording.columns, recording.labels)
+        if label in markers
+    )
 
 
 def known_points(

@@ -6,13 +6,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from jaxtyping import Int
 
 from dshpm_jax._control.fixed_labels import FixedLabels, fix
 from dshpm_jax._control.methods import Answer, label_control
 from dshpm_jax._control.tuning import TUNING, Tuning
 from dshpm_jax._driver import Driver
 from dshpm_jax._given import GivenModel, GivenModels, GivenRecording, model_of, one_or_more, recording_of
-from dshpm_jax._known import KnownLabel, known_points
+from dshpm_jax._known import KnownLabel, known_points, names_known, without
 from dshpm_jax._labelling import Labelling
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._pretracking import pretrack
@@ -20,6 +21,7 @@ from dshpm_jax._recording import Recording
 from dshpm_jax._settings import Settings
 from dshpm_jax._size import size_doubt
 from dshpm_jax._trajectories import Trajectories, from_columns
+from dshpm_jax.io import first_frame
 
 
 def label(
@@ -34,7 +36,7 @@ def label(
 
     Arguments:
         recording: points in millimetres, or their file, read as `settings` say; names that its columns already carry
-            are ignored.
+            are ignored unless `Settings.keep_labels`.
         model: see `SubjectModel.from_recordings`, or its file; for several subjects a model of each, best with their
             names, which go before the markers' names (see `combine_models`).
         settings: the method and its parameters.
@@ -133,9 +135,31 @@ def _tracked(
     recording: Recording, model: SubjectModel, known: Sequence[KnownLabel], settings: Settings
 ) -> tuple[Trajectories, FixedLabels]:
     """The trajectories of a recording, cut where a known label ends, and the labels that are known of them."""
-    points = known_points(recording, model.markers, known)
+    points = points_given(recording, model, known, settings)
     tracks, identity, _ = fix(_trajectories(recording, settings), points)
     return tracks, FixedLabels.of(tracks, identity, model.num_markers)
+
+
+def points_given(
+    recording: Recording, model: SubjectModel, known: Sequence[KnownLabel], settings: Settings
+) -> Int[np.ndarray, "frames points"]:
+    """What is known of each point, see `known_points`: by `known`, and else by its column's name where that counts."""
+    names = _names(recording, model, settings)
+    for one in known:
+        names = without(names, one)
+    return known_points(recording, model.markers, [*names, *known])
+
+
+def _names(recording: Recording, model: SubjectModel, settings: Settings) -> Sequence[KnownLabel]:
+    """What the names of the recording's columns say, where they count."""
+    if not settings.keep_labels:
+        return ()
+    if settings.keep_frames is None:
+        return names_known(recording, model.markers)
+    offset = first_frame(recording.source) if recording.source else 0
+    first, last = settings.keep_frames[0] - offset, settings.keep_frames[1] - offset + 1
+    first, last = max(first, 0), min(last, recording.num_frames)
+    return names_known(recording, model.markers, first, last) if first < last else ()
 
 
 def _trajectories(recording: Recording, settings: Settings) -> Trajectories:

@@ -1,13 +1,12 @@
 """The file of corrections beside a result: read whole, and appended to a line at a time."""
 
 import os
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
 from dshpm_jax import io
 from dshpm_jax._corrections._format import (
-    Change,
     Correction,
     correction_line,
     correction_of,
@@ -16,7 +15,7 @@ from dshpm_jax._corrections._format import (
     resolved,
 )
 from dshpm_jax._corrections._locking import locked
-from dshpm_jax._known import KnownLabel
+from dshpm_jax._known import KnownLabel, latest
 
 APPEND_PATIENCE = 10.0
 """Seconds; used in `append`: another program that holds the file for longer has stopped."""
@@ -65,22 +64,11 @@ class Corrections:
         return any(one.whole for one in self.standing)
 
     def known(self) -> tuple[KnownLabel, ...]:
-        """The labels that persons have given or confirmed, by column and frame; none overlaps another.
+        """The labels that persons have given or confirmed, by column and frame.
 
-        Where two corrections are of the same points, the later one counts.
+        Of one point, and of one label in one frame, the later correction counts.
         """
-        spans: dict[int, list[Change]] = {}
-        for correction in self.standing:
-            for change in correction.changes:
-                left = [part for old in spans.get(change.column, ()) for part in _outside(old, change)]
-                spans[change.column] = sorted([*left, change], key=lambda one: one.first)
-        return tuple(one.known for column in sorted(spans) for one in spans[column])
-
-
-def _outside(old: Change, new: Change) -> list[Change]:
-    """What is left of a span where another of its column takes its place."""
-    ends = (old.first, min(old.last, new.first)), (max(old.first, new.last), old.last)
-    return [replace(old, first=first, last=last) for first, last in ends if first < last]
+        return latest(change.known for correction in self.standing for change in correction.changes)
 
 
 def corrections_path(result: str | Path) -> Path:

@@ -118,7 +118,7 @@ def test_they_belong_to_points_whatever_these_are_called(recording, tmp_path):
 
 def test_later_corrections_count_where_they_overlap():
     found = of(is_label(0, 0, 100, "A"), is_label(0, 20, 30, "B"), is_label(0, 25, 40, None), is_label(2, 0, 9, "A"))
-    expected = [(0, 0, 20, "A"), (0, 20, 25, "B"), (0, 25, 40, None), (0, 40, 100, "A"), (2, 0, 9, "A")]
+    expected = [(0, 9, 20, "A"), (0, 20, 25, "B"), (0, 25, 40, None), (0, 40, 100, "A"), (2, 0, 9, "A")]
     assert found.known() == tuple(KnownLabel(*one) for one in expected)
 
 

@@ -1,5 +1,7 @@
 """Segments that are missing or fit badly, looked for again now that the rest of the body stands."""
 
+from collections.abc import Container
+
 import numpy as np
 from jaxtyping import Bool, Float
 
@@ -19,12 +21,17 @@ from dshpm_jax._types import NO_MATCH
 _Trial = tuple[tuple[int, ...], bool]
 
 
-def rematch(problem: LabellingProblem, incumbent: Incumbent) -> Control[None]:
-    """Looks for missing and badly fitting segments again, alone and with all that hangs from them; keeps what pays."""
+def rematch(problem: LabellingProblem, incumbent: Incumbent, only: Container[int] | None = None) -> Control[None]:
+    """Looks for missing and badly fitting segments again, alone and with all that hangs from them; keeps what pays.
+
+    Arguments:
+        only: the segments that are looked for; all of them by default.
+    """
     tuning, loose = problem.tuning, problem.loosened(problem.tuning.rematch_tolerance)
     for _ in range(tuning.max_rematch_rounds):
         solution = incumbent.solution
         lacking = frames_lacking_evidence(problem, solution)
+        lacking = {s: frames for s, frames in lacking.items() if only is None or s in only}
         trials = [trial for s in list(lacking)[: tuning.max_rematched] for trial in _trials(problem, s)]
         if not trials:
             return
