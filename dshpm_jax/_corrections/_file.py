@@ -68,7 +68,8 @@ class Corrections:
 
         Of one point, and of one label in one frame, the later correction counts.
         """
-        return latest(change.known for correction in self.standing for change in correction.changes)
+        said = (one for one in self.standing if one.kind in ("label", "confirm"))
+        return latest(change.known for one in said for change in one.changes)
 
 
 def corrections_path(result: str | Path) -> Path:

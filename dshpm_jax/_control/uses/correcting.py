@@ -21,15 +21,20 @@ from dshpm_jax._types import NO_MATCH, NO_PARENT, UNKNOWN
 
 
 def corrected(
-    labelling: Labelling, known: Int[np.ndarray, "frames columns"], settings: Settings, tuning: Tuning = TUNING
+    labelling: Labelling,
+    known: Int[np.ndarray, "frames columns"],
+    new: Bool[np.ndarray, "frames columns"],
+    settings: Settings,
+    tuning: Tuning = TUNING,
 ) -> Control[Answer]:
     """Labels around those that are known, from others that were there; no key-frame is asked.
 
-    Only trajectories that share a frame with one of which the label changes are judged anew, and only the frames that
-    show these are looked at.
+    Only trajectories that share a frame with one of which something new is known are judged anew, and only the frames
+    that show these are looked at.
 
     Arguments:
         known: what is known of each point, see `known_points`.
+        new: where it is new.
     """
     model = labelling.model
     t, given, whole = fix(labelling.trajectories, known)
@@ -38,7 +43,8 @@ def corrected(
     answer = _as_it_was(labelling, t, whole, given)
     before = _held(labelling)[whole]
     was_given = np.array([reason == Reason.KNOWN for reason in labelling.reason])[whole]
-    changed = (FixedLabels.of(t, given, model.num_markers).on(before) != before) | (was_given & (given == UNKNOWN))
+    changed = new[t.start, t.column[t.start, t.slot]] & (given != UNKNOWN)
+    changed |= (FixedLabels.of(t, given, model.num_markers).on(before) != before) | (was_given & (given == UNKNOWN))
     if not changed.any():
         return answer
     near = _beside(t, changed)
