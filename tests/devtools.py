@@ -1,9 +1,10 @@
 """A real browser that a test drives by keyboard and mouse, over the pipe of its developer tools."""
 
 import base64
+import fcntl
 import json
 import os
-import subprocess
+import signal
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -27,6 +28,11 @@ KEYS = {
 }
 
 
+def _high(handle: int) -> int:
+    """The same file under a number that the browser's own two do not need."""
+    return fcntl.fcntl(handle, fcntl.F_DUPFD_CLOEXEC, 10)
+
+
 class Browser:
     """One page in a Chromium without a window.
 
@@ -36,22 +42,16 @@ class Browser:
     """
 
     def __init__(self, profile: Path, size: tuple[int, int] = (1400, 900), dark: bool = False):
-        ours_in, theirs_out = os.pipe()
-        theirs_in, ours_out = os.pipe()
         command = [str(CHROMIUM), "--headless", "--no-sandbox", "--disable-gpu", "--remote-debugging-pipe"]
         command += [f"--user-data-dir={profile}", f"--window-size={size[0]},{size[1]}", "about:blank"]
-
-        def wire() -> None:  # the browser reads from 3 and writes to 4
-            first, second = os.dup(theirs_in), os.dup(theirs_out)
-            os.dup2(first, 3)
-            os.dup2(second, 4)
-
-        self._process = subprocess.Popen(
-            command, pass_fds=(3, 4, theirs_in, theirs_out), preexec_fn=wire, stderr=subprocess.DEVNULL
-        )
-        os.close(theirs_in)
-        os.close(theirs_out)
-        self._in, self._out = ours_in, ours_out
+        (self._in, theirs_out), (theirs_in, self._out) = os.pipe(), os.pipe()
+        files = [
+            *((os.POSIX_SPAWN_DUP2, fd, place) for fd, place in [(_high(theirs_in), 3), (_high(theirs_out), 4)]),
+            (os.POSIX_SPAWN_OPEN, 2, os.devnull, os.O_WRONLY, 0),
+        ]
+        self._process = os.posix_spawn(command[0], command, os.environ, file_actions=files)  # never a fork
+        for handle in (theirs_in, theirs_out, files[0][1], files[1][1]):
+            os.close(handle)
         self._rest, self._number, self._session = b"", 0, None
         self.errors: list[str] = []
         targets = self._call("Target.getTargets")["targetInfos"]
@@ -69,8 +69,8 @@ class Browser:
         return self
 
     def __exit__(self, *error: object) -> None:
-        self._process.kill()
-        self._process.wait()
+        os.kill(self._process, signal.SIGKILL)
+        os.waitpid(self._process, 0)
         os.close(self._in)
         os.close(self._out)
 

@@ -9,6 +9,7 @@ from dshpm_jax._review.gaps import Gaps
 from dshpm_jax._review.naming import Source, add_names, sources_of, take_names
 from dshpm_jax._review.opening import settings_of
 from dshpm_jax._review.places import Place
+from dshpm_jax._review.session import known_of
 from dshpm_jax._review.shown import body_of, room_of, state_of, tracks_of
 from dshpm_jax._review.trial import CannotOpen, Trial, open_trial
 from dshpm_jax._review.waiting import queue
@@ -71,7 +72,8 @@ class Desk:
         with session.lock:
             found = {**state_of(session, trial.head), "proposal": None}
             if session.proposal is not None:
-                tracks = tracks_of(session.proposal.labelling, session.known(), trial.head)
+                known = known_of([*session.standing, session.proposal.correction])
+                tracks = tracks_of(session.proposal.labelling, known, trial.head)
                 found["proposal"] = {**(session.told() or {}), **tracks}
             return found
 

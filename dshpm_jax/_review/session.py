@@ -32,7 +32,7 @@ class Log(Protocol):
 
 
 Solver = Callable[[Labelling, Sequence[KnownLabel]], Labelling]
-"""Solves anew around what is said: takes the labels with it, and all that is known."""
+"""Solves anew around what is said: takes the labels before it, and all that is known with it."""
 
 
 @dataclass(eq=False)
@@ -112,8 +112,8 @@ class Session:
         changes = tuple(self._change(known) for known in edit.known)
         solved = None
         if self.solver is not None and kind == "label":
-            solved = self.solver(edit.labelling, known)
-        result = edit.labelling if solved is None else adopted(edit.labelling, solved)
+            solved = self.solver(self.labelling, known)
+        result = edit.labelling if solved is None else adopted(self.labelling, solved)
         effects = difference(self.labelling, result, own)
         others = [effect for effect in difference(self.labelling, result) if not _covered(effect, edit.known)]
         details = {"effects": effects}

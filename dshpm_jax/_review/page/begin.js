@@ -13,6 +13,12 @@ element("about").textContent = `${names.length} labels, ${frames.toLocaleString(
   + `${(frames / rate).toFixed(1)} s at ${+rate.toFixed(2)} Hz${DATA.solves ? "" : ", labels only: nothing else is solved anew"}`;
 for (const trouble of DATA.troubles) make("p", element("troubles"), trouble);
 element("troubles").hidden = !DATA.troubles.length;
+make("span", element("legend"), "Sure", "words");
+for (const [, colour, text] of [...SURENESS, [0, SET, "set by you"]]) {
+  const entry = make("span", element("legend"));
+  make("i", entry).style.background = colour;
+  entry.append(text);
+}
 trialsKnown = QUEUE;
 take(DATA);
 matchMedia("(prefers-color-scheme: dark)").onchange = dress;

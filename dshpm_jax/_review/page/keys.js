@@ -127,4 +127,4 @@ for (const [name, [key, text]] of Object.entries(TABS)) {
   node.role = "tab";
   node.dataset.tab = name;
 }
-keyed(element("tabs"), "?", "Keys", tellHelp, "keys");
+keyed(element("tabs"), "?", "", tellHelp, "keys").title = "Keys";

@@ -51,6 +51,7 @@ async function nameTrack(track) {
 }
 
 async function tellSources(tab) {
+  if (DATA.knows_body) return;  // its names are those of its model
   const box = make("div", tab, null, "sources"), about = make("label", box, "Names from "), list = make("select", about);
   sources ??= await call("names").catch(() => []);
   make("option", list, names.length ? "as they are" : "choose \u2026").value = "";

@@ -14,7 +14,7 @@ function listQueue({title, trials}, current, goTo) {
     const head = make("button", node, null, "row");
     head.disabled = !row.opens;
     head.title = row.why ?? `${row.name}: ${several(row.count, "doubt")}, ${seconds(row.stake)} of points likely wrong`;
-    make("span", head, row.name, "name");
+    breakable(make("span", head, null, "name"), row.name.replace(/\.[^./]*$/, ""));
     make("span", head, row.new ? "new" : row.opens ? (row.count ? seconds(row.stake) : "\u2713") : "", "number");
     make("i", make("span", head, null, "stake")).style.width = `${100 * row.stake / top}%`;
     if (!row.opens) make("small", head, row.why);

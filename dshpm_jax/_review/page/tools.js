@@ -122,8 +122,8 @@ function tellDone() {
     const node = element(id), what = state[id];
     node.replaceChildren();
     make("kbd", node, key);
-    node.append(` ${text}`);
-    if (what) make("span", node, ` ${what}`, "soft");
+    make("span", node, text);
+    if (what) make("span", node, what, "soft");
     node.disabled = !what;
     node.title = what ?? "";
     node.onclick = () => send({kind: id});

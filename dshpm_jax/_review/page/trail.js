@@ -1,6 +1,6 @@
-// The way of the trajectory in hand, a second to and fro, and what it may be exchanged or joined with.
+// The way of the trajectory in hand, for a moment to and fro.
 
-const TRAIL_SECONDS = 1;
+const TRAIL_SECONDS = 0.35;
 
 const outlined = () => {
   const track = trackInHand();

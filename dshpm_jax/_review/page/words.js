@@ -14,7 +14,7 @@ function make(tag, parent, text, className) {
 function keyed(parent, key, text, act, className) {
   const node = make("button", parent, null, className);
   if (key) make("kbd", node, key);
-  node.append(" ", text);
+  if (text) make("span", node, text);
   node.onclick = act;
   return node;
 }
@@ -23,3 +23,9 @@ const percent = share => share >= 0.995 ? (share >= 0.9995 ? "100 %" : "> 99 %")
 const seconds = x => x >= 100 ? `${Math.round(x)} s` : `${x.toFixed(x < 1 ? 2 : 1)} s`;
 const several = (n, word) => `${n.toLocaleString("en")} ${word}${n === 1 ? "" : "s"}`;
 const labelText = label => label ?? "no label";
+
+// A name that may break after each folder.
+function breakable(node, name) {
+  for (const part of name.split(/(?<=[/_])/)) node.append(part, document.createElement("wbr"));
+  return node;
+}
