@@ -12,7 +12,7 @@ from dshpm_jax._review.places import Place
 from dshpm_jax._review.session import known_of
 from dshpm_jax._review.shown import body_of, room_of, state_of, tracks_of
 from dshpm_jax._review.trial import CannotOpen, Trial, open_trial
-from dshpm_jax._review.waiting import queue
+from dshpm_jax._review.waiting import in_hand, queue
 from dshpm_jax._review.writing import Writer
 
 
@@ -22,12 +22,14 @@ class Desk:
     Arguments:
         places: the trials, by their ids.
         title: of the page.
+        opened: the only trial, which is in no file and is never written.
     """
 
-    def __init__(self, places: Mapping[str, Place], title: str):
+    def __init__(self, places: Mapping[str, Place], title: str, opened: Trial | None = None):
         self.title = title
         self._places = dict(places)
-        self._open: Trial | None = None
+        self._open: Trial | None = opened
+        self._in_no_file = opened is not None
         self._lock = threading.RLock()
         self._evidence: tuple[Any, int, Any] = (None, -1, None)
         self._gaps: tuple[Any, Any] = (None, None)
@@ -36,6 +38,10 @@ class Desk:
         self.writer = Writer(self._told)
 
     def queue(self) -> list[dict[str, Any]]:
+        """The trials by what is at stake."""
+        trial = self._open
+        if trial is not None and self._in_no_file:
+            return [in_hand(trial.place, self.state(trial)["tracks"])]
         return queue(self._places.values())
 
     def trial(self, name: str) -> Trial:
@@ -60,7 +66,8 @@ class Desk:
         """All of a trial but its points."""
         with trial.session.lock:
             room, _ = room_of(trial)
-            return {**room, **body_of(trial.session.labelling), **self.state(trial)}
+            whole = {**room, "in_file": not self._in_no_file}
+            return {**whole, **body_of(trial.session.labelling), **self.state(trial)}
 
     def points(self, trial: Trial) -> bytes:
         with trial.session.lock:
@@ -119,7 +126,7 @@ class Desk:
     def status(self) -> dict[str, Any]:
         """Whether all is written, and what went wrong where it is not."""
         trial = self._open
-        saved = trial is None or trial.written == trial.session.version
+        saved = trial is None or self._in_no_file or trial.written == trial.session.version
         return {"saved": saved, "trouble": self._trouble}
 
     def end(self) -> None:
@@ -129,7 +136,7 @@ class Desk:
             self._close()
 
     def _close(self) -> None:
-        if self._open is not None:
+        if self._open is not None and not self._in_no_file:
             self.writer.flush(self._open)
             with self._open.session.lock:  # whatever is solved just now ends first
                 self._open.close()

@@ -10,30 +10,29 @@ from jaxtyping import Int
 from dshpm_jax._labelling import Labelling
 from dshpm_jax._model import Segment, SubjectModel
 from dshpm_jax._recording import Recording
-from dshpm_jax._review.pieces import reason_of
+from dshpm_jax._review.pieces import Place, reason_of
 from dshpm_jax._settings import Settings
-from dshpm_jax._trajectories import from_columns
+from dshpm_jax._trajectories import Trajectories, from_columns
 from dshpm_jax._types import NO_MATCH, NO_PARENT
-
-Place = tuple[int, int]
-"""A column of the recording's file and a frame."""
 
 
 def labelling_of(
-    sidecar: Mapping[str, Any], recording: Recording, model: SubjectModel, joined: Collection[Place] = ()
+    sidecar: Mapping[str, Any], recording: Recording, model: SubjectModel, cuts: Collection[Place] = ()
 ) -> Labelling:
     """The labelling that a sidecar was written of.
 
     Arguments:
         recording: the one that was labelled.
         model: with the markers of the sidecar.
-        joined: where trajectories of one label were cut that go on: the cut was undone.
+        cuts: where a person's corrections cut trajectories. The parts are packed side by side, so that an undone cut
+            can be mended.
 
     Raises:
         ValueError: the sidecar is about other points.
     """
     rows = sidecar["trajectories"]
-    tracks = from_columns(recording.points, recording.rate, _links(rows, recording, set(joined)))
+    tracks = from_columns(recording.points, recording.rate, _links(rows, recording, set(cuts)))
+    tracks = _cut(tracks, {_begin(row) for row in rows} & set(cuts), recording)
     row_of = {_begin(row): row for row in rows}
     columns = [recording.columns[c] for c in tracks.column[tracks.start, tracks.slot]]
     try:
@@ -73,21 +72,29 @@ def segments_of(sidecar: Mapping[str, Any]) -> dict[str, tuple[str, ...]]:
     return {segment["name"]: tuple(segment["markers"]) for segment in sidecar.get("segments", ())}
 
 
+def _cut(tracks: Trajectories, places: Collection[Place], recording: Recording) -> Trajectories:
+    cuts = []
+    for column, frame in sorted(places):
+        (slot,) = np.flatnonzero(tracks.column[frame] == recording.columns.index(column))
+        if tracks.start[tracks.index[frame, slot]] < frame:
+            cuts.append((tracks.index[frame, slot], frame))
+    return tracks.cut(*map(np.array, zip(*cuts)))[0] if cuts else tracks
+
+
 def _links(rows: Any, recording: Recording, joined: set[Place]) -> Int[np.ndarray, "frames columns"]:
     """The column in the next frame that continues each point, `NO_MATCH` where its trajectory ends."""
     place = {column: k for k, column in enumerate(recording.columns)}
     links = np.full(recording.points.shape[:2], NO_MATCH, np.int32)
-    begins = {_begin(row): row["label"] for row in rows}
+    begins = {_begin(row) for row in rows}
     for row in rows:
         runs = _runs(row)
         for k, (column, first, last) in enumerate(runs):
             if column not in place or last >= len(links):
                 raise ValueError("what is written beside it is about other points; label it again")
             links[first:last, place[column]] = place[column]
-            after = (column, last + 1)
             if k + 1 < len(runs):
                 links[last, place[column]] = place[runs[k + 1][0]]
-            elif after in joined and begins.get(after, row) == row["label"]:
+            elif (column, last + 1) in joined & begins:
                 links[last, place[column]] = place[column]
     return links
 

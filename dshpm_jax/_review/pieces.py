@@ -1,6 +1,6 @@
 """A labelling with other labels in some of its points: trajectories are cut where their label changes."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -14,6 +14,9 @@ AS_IT_WAS = -1
 """In `rewritten`: nothing new about this point."""
 
 NONE = (NO_MATCH, NO_MATCH)
+
+Place = tuple[int, int]
+"""A column of the recording's file and a frame."""
 
 
 class Verdict(NamedTuple):
@@ -150,6 +153,66 @@ def after(labelling: Labelling, effects: Sequence[Effect], back: bool = False) -
         note[some][here] = len(verdicts)
         verdicts.append(Verdict(NO_MATCH if label is None else number.get(label, NO_MATCH), sure, reason_of(reason)))
     return rewritten(labelling, note, verdicts)
+
+
+def cuts_between(before: Labelling, later: Labelling) -> list[Place]:
+    """Where trajectories that went on before are cut now: the column, and the first frame behind the cut."""
+    tracks, index = later.trajectories, before.trajectories.index
+    began = np.flatnonzero(tracks.start > 0)
+    start, slot = tracks.start[began], tracks.slot[began]
+    new = (index[start, slot] == index[start - 1, slot]) & (index[start, slot] != NO_MATCH)
+    columns = tracks.column[start[new], slot[new]]
+    return [(before.recording.columns[c], int(t)) for c, t in zip(columns, start[new], strict=True)]
+
+
+def joined_again(labelling: Labelling, places: Iterable[Place]) -> Labelling:
+    """Trajectories that were cut at these places as one again, as far as the parts have one label."""
+    tracks, joins = labelling.trajectories, []
+    for column, frame in places:
+        here = np.flatnonzero(tracks.column[frame] == labelling.recording.columns.index(column))
+        left, right = (int(k) for k in tracks.index[frame - 1 : frame + 1, here[0]]) if len(here) else (0, 0)
+        if left != right and NO_MATCH not in (left, right) and labelling.identity[left] == labelling.identity[right]:
+            joins.append((left, right))
+    into = np.arange(len(tracks))
+    stop = tracks.stop.copy()
+    for left, right in sorted(joins, reverse=True):  # from the last part on, so that each takes over all behind it
+        into[into == right] = left
+        stop[left] = stop[right]
+    keep = into == np.arange(len(tracks))
+    number = (np.cumsum(keep) - 1)[into]
+    index = np.where(tracks.index != NO_MATCH, number[np.maximum(tracks.index, 0)], NO_MATCH).astype(tracks.index.dtype)
+    lives = {"slot": tracks.slot[keep], "start": tracks.start[keep], "stop": stop[keep]}
+    return replace(
+        labelling,
+        trajectories=replace(tracks, index=index, **lives),
+        identity=labelling.identity[keep],
+        confidence=labelling.confidence[keep],
+        reason=tuple(r for r, k in zip(labelling.reason, keep, strict=True) if k),
+        could_be=_could_be(labelling)[keep],
+    )
+
+
+def cut_again(labelling: Labelling, places: Iterable[Place]) -> Labelling:
+    """The trajectories cut at these places, unless they are already."""
+    tracks = labelling.trajectories
+    which, frames = [], []
+    for column, frame in places:
+        here = np.flatnonzero(tracks.column[frame] == labelling.recording.columns.index(column))
+        trajectory = int(tracks.index[frame, here[0]]) if len(here) else NO_MATCH
+        if trajectory != NO_MATCH and tracks.start[trajectory] < frame:
+            which.append(trajectory)
+            frames.append(frame)
+    if not which:
+        return labelling
+    cut, source = tracks.cut(np.array(which), np.array(frames))
+    return replace(
+        labelling,
+        trajectories=cut,
+        identity=labelling.identity[source],
+        confidence=labelling.confidence[source],
+        reason=tuple(labelling.reason[k] for k in source),
+        could_be=_could_be(labelling)[source],
+    )
 
 
 def _said(labelling: Labelling, trajectory: int) -> Said:

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from dshpm_jax._corrections import Correction
-from dshpm_jax._review.pieces import Effect
+from dshpm_jax._review.pieces import Effect, Place
 
 SHOWN = 3  # labels that a line names; more are counted
 
@@ -34,6 +34,11 @@ def words(correction: Correction) -> str:
 def effects_of(correction: Correction) -> list[Effect]:
     """What a correction changed when it was made."""
     return [Effect.of(plain) for plain in correction.details.get("effects", ())]
+
+
+def cuts_of(correction: Correction) -> list[Place]:
+    """Where a correction cut trajectories when it was made."""
+    return [(int(column), int(frame)) for column, frame in correction.details.get("cuts", ())]
 
 
 def told(effects: Iterable[Effect]) -> list[dict[str, Any]]:

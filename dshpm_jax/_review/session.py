@@ -16,8 +16,17 @@ from dshpm_jax._known import KnownLabel
 from dshpm_jax._labelling import Labelling
 from dshpm_jax._review import edits
 from dshpm_jax._review.edits import Edit, Span
-from dshpm_jax._review.pieces import Effect, adopted, after, difference, labels_at
-from dshpm_jax._review.saying import effects_of, told, words
+from dshpm_jax._review.pieces import (
+    Effect,
+    adopted,
+    after,
+    cut_again,
+    cuts_between,
+    difference,
+    joined_again,
+    labels_at,
+)
+from dshpm_jax._review.saying import cuts_of, effects_of, told, words
 from dshpm_jax._types import NO_MATCH
 
 
@@ -116,7 +125,7 @@ class Session:
         result = edit.labelling if solved is None else adopted(self.labelling, solved)
         effects = difference(self.labelling, result, own)
         others = [effect for effect in difference(self.labelling, result) if not _covered(effect, edit.known)]
-        details = {"effects": effects}
+        details = {"effects": effects, "cuts": cuts_between(self.labelling, result)}
         correction = Correction(kind, changes, by=_user(), details=details)
         self.proposal = Proposal(correction, result, edit.labelling, others, gone)
         if not others:
@@ -138,7 +147,8 @@ class Session:
             labelling = proposal.mine
             stay = [_as_it_was(effect) for effect in proposal.others if _stays(effect, proposal.mine)]
             effects = difference(self.labelling, labelling, own)
-            correction = replace(correction, changes=(*correction.changes, *stay), details={"effects": effects})
+            details = {"effects": effects, "cuts": cuts_between(self.labelling, labelling)}
+            correction = replace(correction, changes=(*correction.changes, *stay), details=details)
         for one in proposal.gone:
             self._note(Correction("undo", of=one, by=_user()))
         self._keep(correction, labelling)
@@ -205,24 +215,19 @@ class Session:
         self.kept()
 
     def _cut(self, trajectory: int, frame: int) -> None:
-        labelling, tracks = edits.split(self.labelling, trajectory, frame), self.labelling.trajectories
-        column = tracks.column[frame, tracks.slot[trajectory]]
+        labelling = edits.split(self.labelling, trajectory, frame)
         identity = self.labelling.identity[trajectory]
         label = None if identity == NO_MATCH else self.labelling.model.markers[identity]
-        details = {"column": self.labelling.recording.columns[column], "frame": frame, "label": label}
+        details = {"frame": frame, "label": label, "cuts": cuts_between(self.labelling, labelling)}
         self._keep(Correction("cut", by=_user(), details=details), labelling)
 
     def _without(self, correction: Correction) -> Labelling:
-        if correction.kind == "cut":
-            return joined_again(self.labelling, correction.details["column"], correction.details["frame"])
-        return after(self.labelling, effects_of(correction), back=True)
+        return joined_again(after(self.labelling, effects_of(correction), back=True), cuts_of(correction))
 
     def _with(self, correction: Correction) -> Labelling:
-        if correction.kind == "cut":
-            return cut_again(self.labelling, correction.details["column"], correction.details["frame"])
         if correction.changes and "effects" not in correction.details:  # made by another program
             return _said_again(self.labelling, correction.changes)
-        return after(self.labelling, effects_of(correction))
+        return after(cut_again(self.labelling, cuts_of(correction)), effects_of(correction))
 
     def _edit(self, wanted: dict[str, Any]) -> Edit:
         kind, labelling = wanted["kind"], self.labelling
@@ -302,42 +307,6 @@ def _contradict(old: KnownLabel, new: KnownLabel) -> bool:
 
 def _only(known: Sequence[KnownLabel]) -> Correction:
     return Correction("label", tuple(Change(k.column, k.first, k.last or k.first + 1, k.label) for k in known))
-
-
-def joined_again(labelling: Labelling, column: int, frame: int) -> Labelling:
-    """Two trajectories that one was cut into, as one again; as they are where their labels differ now."""
-    tracks = labelling.trajectories
-    here = np.flatnonzero(tracks.column[frame] == labelling.recording.columns.index(column))
-    if not len(here) or frame == 0:
-        return labelling
-    left, right = (int(k) for k in tracks.index[frame - 1 : frame + 1, here[0]])
-    if left == right or NO_MATCH in (left, right) or labelling.identity[left] != labelling.identity[right]:
-        return labelling
-    keep = np.arange(len(tracks)) != right
-    stop = tracks.stop.copy()
-    stop[left] = stop[right]
-    number = np.cumsum(keep) - 1
-    number[right] = number[left]
-    index = np.where(tracks.index != NO_MATCH, number[np.maximum(tracks.index, 0)], NO_MATCH).astype(tracks.index.dtype)
-    lives = {"slot": tracks.slot[keep], "start": tracks.start[keep], "stop": stop[keep]}
-    return replace(
-        labelling,
-        trajectories=replace(tracks, index=index, **lives),
-        identity=labelling.identity[keep],
-        confidence=labelling.confidence[keep],
-        reason=tuple(r for r, k in zip(labelling.reason, keep, strict=True) if k),
-        could_be=None if labelling.could_be is None else labelling.could_be[keep],
-    )
-
-
-def cut_again(labelling: Labelling, column: int, frame: int) -> Labelling:
-    """The trajectory of a column cut before a frame, unless it is already."""
-    tracks = labelling.trajectories
-    here = np.flatnonzero(tracks.column[frame] == labelling.recording.columns.index(column))
-    trajectory = int(tracks.index[frame, here[0]]) if len(here) else NO_MATCH
-    if trajectory == NO_MATCH or tracks.start[trajectory] == frame:
-        return labelling
-    return edits.split(labelling, trajectory, frame)
 
 
 def _said_again(labelling: Labelling, changes: Sequence[Change]) -> Labelling:

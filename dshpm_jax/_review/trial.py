@@ -16,6 +16,7 @@ from dshpm_jax._labelling import Labelling, Reason
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._review.opening import bare_model, labelling_of, segments_of, settings_of
 from dshpm_jax._review.places import Place
+from dshpm_jax._review.saying import cuts_of
 from dshpm_jax._review.session import Session
 from dshpm_jax._review.solving import solver_for
 from dshpm_jax._types import NO_MATCH
@@ -99,7 +100,8 @@ def _read(place: Place) -> tuple[Session, Mapping[str, Any], bool]:
     if found is not None:
         check_belongs(found, place.corrections, source)
     lines = list(found.lines if found is not None else ())
-    session = Session(labelling_of(sidecar, recording, model), _File(place.corrections, source), lines)
+    labelling = labelling_of(sidecar, recording, model, [cut for line in lines for cut in cuts_of(line)])
+    session = Session(labelling, _File(place.corrections, source), lines)
     session.catch_up(sidecar.get(APPLIED, ()))
     session.solver = solver_for(settings) if knows_body else None
     head = {name: value for name, value in sidecar.items() if name != "trajectories"}

@@ -1,6 +1,6 @@
 """The queue: trials and their doubts by what is at stake, points that are likely wrong."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from dshpm_jax import io
@@ -28,6 +28,13 @@ def _row(place: Place) -> dict[str, Any]:
     stake = sum(doubt["stake"] for doubt in doubts)
     opens = {"opens": True, "stake": round(stake, 3), "count": len(doubts), "doubts": doubts[:MAX_DOUBTS]}
     return {**row, **opens, "corrected": len(sidecar.get("corrections", ()))}
+
+
+def in_hand(place: Place, tracks: Sequence[Sequence[Any]]) -> dict[str, Any]:
+    """The row of a trial that is in no file, by its tracks as the page has them."""
+    stakes = [track[6] for track in tracks if track[6]]
+    row = {"id": place.id, "name": place.name, "outcome": None, "severity": 0, "opens": True}
+    return {**row, "stake": round(sum(stakes), 3), "count": len(stakes), "doubts": []}
 
 
 def doubts_in(sidecar: Mapping[str, Any]) -> list[dict[str, Any]]:

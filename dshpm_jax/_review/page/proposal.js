@@ -73,7 +73,7 @@ function watchSaving() {
   clearTimeout(watching);
   watching = setTimeout(async () => {
     const {saved, trouble} = await call("status").catch(error => ({trouble: error.message}));
-    tellSaved(saved ? "written to the files" : "kept", trouble);
+    tellSaved(saved ? DATA.in_file ? "written to the files" : "kept in this session" : "kept", trouble);
     if (!saved) watchSaving();
     else refreshQueue();
   }, 1500);
