@@ -43,7 +43,7 @@ class ExpectedErrors:
 
     def of(self, marker: int, start: int, stop: int) -> GapErrors:
         """The errors of a gap of a marker in the frames `start <= t < stop`."""
-        missing = ~self._seen[start:stop].any(0)
+        missing = np.logical_not(self._seen[start:stop].any(0))
         errors = [
             self._error(marker, int(first), stop - start, missing) for first in self._places(marker, stop - start)
         ]

@@ -14,6 +14,7 @@ from dshpm_jax._corrections import Correction, Locked, append, check_belongs, lo
 from dshpm_jax._given import recording_of
 from dshpm_jax._labelling import Labelling, Reason
 from dshpm_jax._model import SubjectModel
+from dshpm_jax._recording import Recording
 from dshpm_jax._review.opening import bare_model, labelling_of, segments_of, settings_of
 from dshpm_jax._review.places import Place
 from dshpm_jax._review.saying import cuts_of
@@ -90,7 +91,7 @@ def _read(place: Place) -> tuple[Session, Mapping[str, Any], bool]:
     if sidecar is None and place.sidecar.exists():
         raise CannotOpen(f"{place.sidecar}: is damaged; label the recording again")
     if sidecar is None:
-        return Session(unlabelled(source), _File(place.corrections, source)), {}, False
+        return Session(unlabelled(io.read(source)), _File(place.corrections, source)), {}, False
     if hash_file(source) != sidecar.get("hashes", {}).get(INPUT):
         raise CannotOpen(f"{source}: has changed since it was labelled; label it again")
     model, knows_body = _model(place, sidecar)
@@ -108,19 +109,23 @@ def _read(place: Place) -> tuple[Session, Mapping[str, Any], bool]:
     return session, head, knows_body and not settings.rescale
 
 
-def unlabelled(source: Path) -> Labelling:
-    """A recording that nobody labelled: what its file names is known, and there are no other names."""
+def unlabelled(recording: Recording, model: SubjectModel | None = None) -> Labelling:
+    """A recording that nobody labelled: what its columns are called is known.
+
+    Arguments:
+        model: gives the names that there are; without one these are the names of the columns alone.
+    """
     from dshpm_jax._pretracking import pretrack  # imports jax
 
-    recording = io.read(source)
     tracks = pretrack(recording)
-    markers = tuple(dict.fromkeys(name for name, named in zip(recording.labels, recording.labelled) if named))
-    number = {name: k for k, name in enumerate(markers)}
+    own = tuple(dict.fromkeys(name for name, named in zip(recording.labels, recording.labelled) if named))
+    model = bare_model(own) if model is None else model
+    number = {name: k for k, name in enumerate(model.markers)}
     column = tracks.column[tracks.start, tracks.slot]
     identity = np.array([number.get(recording.labels[c], NO_MATCH) for c in column], np.int32)
     named = identity != NO_MATCH
     reason = tuple(Reason.KNOWN if known else Reason.OUTSIDE for known in named)
-    return Labelling(recording, bare_model(markers), tracks, identity, named.astype(float), reason)
+    return Labelling(recording, model, tracks, identity, named.astype(float), reason)
 
 
 def _model(place: Place, sidecar: Mapping[str, Any]) -> tuple[SubjectModel, bool]:

@@ -228,6 +228,16 @@ def test_a_notebook_has_the_page_and_the_corrections():
         review.close()
 
 
+def test_a_recording_is_named_from_nothing_in_a_notebook():
+    pytest.importorskip("uvicorn", reason="the extra 'review' is not installed")
+    recording = take()[0].frames(0, 4)
+    with pytest.raises(ValueError, match="has its own model and names"):
+        dshpm_jax.review(labelling_as(*take()), names=["A"])
+    review = dshpm_jax.review(recording, names=["ONE", "TWO"])
+    assert review.labelling.model.markers == ("ONE", "TWO") and review.corrections == ()
+    review.close()
+
+
 def test_without_the_extra_a_line_says_what_to_install(toes):
     code = (
         "import sys; sys.modules['uvicorn'] = None\n"
