@@ -1,19 +1,27 @@
 """What the server works on: the trials of a folder, and the one that is open."""
 
+import logging
 import threading
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
+from dshpm_jax._known import KnownLabel
+from dshpm_jax._labelling import Labelling
 from dshpm_jax._review.candidates import Evidence, candidates
 from dshpm_jax._review.gaps import Gaps
 from dshpm_jax._review.naming import Source, add_names, sources_of, take_names
 from dshpm_jax._review.opening import settings_of
 from dshpm_jax._review.places import Place
-from dshpm_jax._review.session import known_of
+from dshpm_jax._review.session import Solver, known_of
 from dshpm_jax._review.shown import body_of, room_of, state_of, tracks_of
 from dshpm_jax._review.trial import CannotOpen, Trial, open_trial
 from dshpm_jax._review.waiting import in_hand, queue
 from dshpm_jax._review.writing import Writer
+from dshpm_jax._types import NO_MATCH
+
+_log = logging.getLogger(__name__)
 
 
 class Desk:
@@ -34,6 +42,7 @@ class Desk:
         self._evidence: tuple[Any, int, Any] = (None, -1, None)
         self._gaps: tuple[Any, Any] = (None, None)
         self._sources: dict[str, Source] = {}
+        self._warming: threading.Thread | None = None
         self._trouble = ""
         self.writer = Writer(self._told)
 
@@ -58,6 +67,7 @@ class Desk:
                 self._open = open_trial(place)
                 trial = self._open
                 trial.session.kept = lambda: self.writer.touch(trial)
+                self._warm(trial)
                 if self._is_behind(trial):
                     self.writer.touch(trial)
             return self._open
@@ -133,6 +143,8 @@ class Desk:
         """Writes what is due and lets go of the trial."""
         with self._lock:
             self.writer.end()
+            if self._warming is not None:
+                self._warming.join()
             self._close()
 
     def _close(self) -> None:
@@ -141,6 +153,20 @@ class Desk:
             with self._open.session.lock:  # whatever is solved just now ends first
                 self._open.close()
             self._open = None
+
+    def _warm(self, trial: Trial) -> None:
+        """Solves, beside all else, what nobody asked for, so that what has to be compiled is when somebody does."""
+        labelling, solver = trial.session.labelling, trial.session.solver
+        named = np.flatnonzero(labelling.identity != NO_MATCH)
+        if solver is None or not len(named):
+            return
+        tracks = labelling.trajectories
+        longest = named[(tracks.stop - tracks.start)[named].argmax()]
+        first, last = int(tracks.start[longest]), int(tracks.stop[longest])
+        column = labelling.recording.columns[tracks.column[first, tracks.slot[longest]]]
+        known = [KnownLabel(column, first, last)]
+        self._warming = threading.Thread(target=_quietly, args=(solver, labelling, known), daemon=True)
+        self._warming.start()
 
     def _evidence_of(self, trial: Trial) -> Any:
         if not trial.knows_body:
@@ -171,6 +197,13 @@ class Desk:
 
     def _told(self, line: str) -> None:
         self._trouble = line
+
+
+def _quietly(solver: Solver, labelling: Labelling, known: Sequence[KnownLabel]) -> None:
+    try:
+        solver(labelling, known)
+    except Exception:
+        _log.debug("nothing could be solved ahead", exc_info=True)
 
 
 __all__ = ["CannotOpen", "Desk"]
