@@ -4,7 +4,7 @@
 
 WORK is the folder of an evaluation: `archive` with unlabelled recordings below folders with a `model.json`, and an .npz
 with the truth of each. A simulated person is asked about one trajectory after the other, and gives the right answer:
-its marker, or none, frame by frame where it mixes two. Asked is what the report calls a doubt, as long as there are any,
+its marker, or none, frame by frame where it mixes two. Asked is what the report calls a doubt, as long as there is one,
 then all others; of these what has most at stake: points times the probability that what is said of them is wrong.
 
 Prints a row for each recording and way, with F1 after 0, 1, 3, 10, 30 answers and the answers that it took to .9995:

@@ -1,7 +1,7 @@
 """Labels that are given with a recording, as a person or its file says them."""
 
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -104,6 +104,23 @@ def known_points(
     points[~recording.present] = UNKNOWN
     _refuse_twice(points, said_by, known)
     return points
+
+
+def runs(
+    points: Int[np.ndarray, "frames points"], apart: Int[np.ndarray, "frames points"] | None = None
+) -> Iterator[tuple[int, int, int, int]]:
+    """The unbroken runs of what is known of points: column, first frame, the frame after the last, label.
+
+    Arguments:
+        apart: runs also end where this changes.
+    """
+    other = points if apart is None else apart
+    for column in np.flatnonzero((points != UNKNOWN).any(0)).tolist():
+        changes = (np.diff(points[:, column]) != 0) | (np.diff(other[:, column]) != 0)
+        edges = [0, *(np.flatnonzero(changes) + 1).tolist(), len(points)]
+        for first, last in zip(edges, edges[1:]):
+            if points[first, column] != UNKNOWN:
+                yield column, first, last, int(points[first, column])
 
 
 def _refuse_twice(points: np.ndarray, said_by: np.ndarray, known: Sequence[KnownLabel]) -> None:

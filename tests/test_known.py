@@ -11,7 +11,7 @@ from takes import METHODS, model, shares, take, take_for
 
 from dshpm_jax import KnownLabel, Reason, Recording
 from dshpm_jax._driver import Driver
-from dshpm_jax._known import known_points
+from dshpm_jax._known import known_points, latest
 from dshpm_jax._label import label, label_many
 from dshpm_jax._settings import Settings
 from dshpm_jax._types import NO_MATCH, UNKNOWN
@@ -177,3 +177,55 @@ def test_labels_that_take_turns_do_not_contradict_each_other():
     points[5:, 0] = points[:5, 1] = np.nan
     found = known_points(Recording(points, ("",) * 3, 100.0), MARKERS, [KnownLabel(c, label="A") for c in (0, 1)])
     assert (found[:5, 0] == 0).all() and (found[5:, 1] == 0).all() and (found == UNKNOWN).sum() == 20
+
+
+def with_names(found: Recording, names: dict[int, str]) -> Recording:
+    return replace(found, labels=tuple(names.get(k, "") for k in range(len(found.labels))))
+
+
+def test_names_of_the_file_are_kept():
+    found, truth = take_for("paper", SEED), true_labels()
+    whole = [c for c in range(truth.shape[1]) if len(set(truth[truth[:, c] >= 0, c])) == 1][:10]
+    names = {c: str(named(int(truth[truth[:, c] >= 0, c][0]))) for c in whole}
+    names[whole[0]], other = "no such marker", names[whole[0]]
+    kept = label(with_names(found, names), model(), Settings(method="paper", keep_labels=True))
+    assert_kept(kept, [KnownLabel(c, label=name) for c, name in names.items() if name != "no such marker"])
+    only = Settings(method="paper", keep_labels=True, keep_frames=(10, 19))
+    part = label(with_names(found, names), model(), only)
+    spans = [KnownLabel(c, 10, 20, name) for c, name in names.items() if name in model().markers]
+    assert_kept(part, spans)
+    said = KnownLabel(whole[1], label=other)
+    assert_kept(
+        label(with_names(found, names), model(), Settings(method="paper", keep_labels=True), known=[said]),
+        [said, *(KnownLabel(c, label=names[c]) for c in whole[2:])],
+    )
+
+
+def test_names_that_contradict_each_other_are_refused():
+    found = take_for("paper", SEED)
+    both = np.flatnonzero(found.present[0])[:2]
+    with pytest.raises(ValueError, match="contradict each other"):
+        label(
+            with_names(found, dict.fromkeys(both.tolist(), "LKNE")), model(), Settings(method="paper", keep_labels=True)
+        )
+
+
+@pytest.mark.parametrize("frames", [(5, 4), (1,), (1.0, 2.0), "1:2"])
+def test_frames_are_a_first_and_a_last_one(frames):
+    with pytest.raises(ValueError, match="keep_frames"):
+        Settings(keep_labels=True, keep_frames=frames)
+
+
+def test_frames_go_with_names_that_are_kept():
+    with pytest.raises(ValueError, match="keep_labels, which is not set"):
+        Settings(keep_frames=(1, 2))
+
+
+def test_of_one_point_and_one_label_the_last_counts():
+    found = latest([KnownLabel(0, label="A"), KnownLabel(1, 5, 8, "A"), KnownLabel(0, 6, 10, None)])
+    assert found == (
+        KnownLabel(0, 0, 5, "A"),
+        KnownLabel(0, 6, 10),
+        KnownLabel(0, 10, None, "A"),
+        KnownLabel(1, 5, 8, "A"),
+    )
