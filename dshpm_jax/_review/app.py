@@ -94,7 +94,7 @@ def app_of(desk: Desk) -> Starlette:
 
 def _do(session: Any, sent: dict[str, Any]) -> None:
     """One thing that a person does."""
-    simple = {"undo": session.undo, "redo": session.redo, "refuse": session.refuse}
+    simple = {"undo": session.undo, "redo": session.redo, "refuse": session.refuse, "all": session.confirm_all}
     kind = sent["kind"]
     if kind in simple:
         simple[kind]()

@@ -7,9 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from dshpm_jax._archive.said import APPLIED
 from dshpm_jax._known import KnownLabel
 from dshpm_jax._labelling import Labelling
 from dshpm_jax._review.candidates import Evidence, candidates
+from dshpm_jax._review.edits import Span
 from dshpm_jax._review.gaps import Gaps
 from dshpm_jax._review.naming import Source, add_names, sources_of, take_names
 from dshpm_jax._review.opening import settings_of
@@ -18,7 +20,7 @@ from dshpm_jax._review.session import Solver, known_of
 from dshpm_jax._review.shown import body_of, room_of, state_of, tracks_of
 from dshpm_jax._review.trial import CannotOpen, Trial, open_trial
 from dshpm_jax._review.waiting import in_hand, queue
-from dshpm_jax._review.writing import Writer
+from dshpm_jax._review.writing import FILLED, Writer
 from dshpm_jax._types import NO_MATCH
 
 _log = logging.getLogger(__name__)
@@ -193,7 +195,9 @@ class Desk:
 
     def _is_behind(self, trial: Trial) -> bool:
         """Whether the result lacks corrections, as after a crash."""
-        return [one.id for one in trial.session.standing] != list(trial.head.get("corrections", ()))
+        there = [(name, Span(*span)) for name, span in trial.head.get(FILLED, ())]
+        applied = list(trial.head.get(APPLIED, ()))
+        return [one.id for one in trial.session.standing] != applied or trial.session.fills() != there
 
     def _told(self, line: str) -> None:
         self._trouble = line

@@ -21,6 +21,8 @@ def words(correction: Correction) -> str:
     if correction.kind == "fill":
         verb = "filled" if details["accepted"] else "left open"
         return f"{details['marker']} {verb}, frames {details['first']}–{details['last'] - 1}"
+    if correction.whole:
+        return "all labels are right"
     if correction.kind == "confirm":
         said = dict.fromkeys("no marker" if c.label is None else c.label for c in correction.changes)
         return f"{_some(list(said))} right as it is"

@@ -45,7 +45,7 @@ class Server:
         try:
             self._server.run(sockets=[self._socket])
         finally:
-            self._desk.end()
+            self._end()
 
     def start(self) -> None:
         """Serves in a thread of its own."""
@@ -57,5 +57,8 @@ class Server:
         self._server.should_exit = True
         if self._thread is not None:
             self._thread.join()
+        self._end()
+
+    def _end(self) -> None:
         self._socket.close()
         self._desk.end()

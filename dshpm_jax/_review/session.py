@@ -171,6 +171,18 @@ class Session:
         last = self.undone[-1]
         self._keep(Correction("redo", of=last.id, by=_user()), self._with(last))
 
+    @property
+    def confirmed(self) -> bool:
+        """Whether a person has said that all labels are right."""
+        return any(one.whole for one in self.standing)
+
+    def confirm_all(self) -> None:
+        """All labels are right as they are."""
+        if self.proposal is not None:
+            raise ValueError("accept or refuse first")
+        if not self.confirmed:
+            self._keep(Correction("confirm", whole=True, by=_user()), self.labelling)
+
     def fill(self, marker: str, span: Span, accepted: bool) -> None:
         """Accepts a filled gap, or refuses it again."""
         details = {"marker": marker, "first": span.first, "last": span.last, "accepted": accepted}

@@ -53,21 +53,30 @@ def state_of(session: Session, head: Mapping[str, Any]) -> dict[str, Any]:
     standing, undone = session.standing, session.undone
     return {
         "version": session.version,
-        **tracks_of(session.labelling, session.known(), head),
+        **tracks_of(session.labelling, session.known(), head, session.confirmed),
+        "confirmed": session.confirmed,
         "undo": words(standing[-1]) if standing else None,
         "redo": words(undone[-1]) if undone else None,
         "history": history(standing, undone),
     }
 
 
-def tracks_of(labelling: Labelling, known: Sequence[KnownLabel], head: Mapping[str, Any]) -> dict[str, Any]:
-    """A row for each trajectory, see TRACK in `page/recording.js`, and what their reasons are."""
+def tracks_of(
+    labelling: Labelling, known: Sequence[KnownLabel], head: Mapping[str, Any], confirmed: bool = False
+) -> dict[str, Any]:
+    """A row for each trajectory, see TRACK in `page/recording.js`, and what their reasons are.
+
+    Arguments:
+        known: what persons have said.
+        head: of the sidecar.
+        confirmed: whether a person has said that all is right; nothing is in doubt then.
+    """
     tracks, said = labelling.trajectories, known_tracks(labelling, known)
     context = {**head, "rate": labelling.recording.rate}
     reasons: dict[str, int] = {}
     rows = []
     for j in range(len(tracks)):
-        doubt = None if said[j] else doubt_of(_row(labelling, j), context)
+        doubt = None if said[j] or confirmed else doubt_of(_row(labelling, j), context)
         reason = doubt.words if doubt else "set by you" if said[j] else str(labelling.reason[j])
         place = [int(tracks.slot[j]), int(tracks.start[j]), int(tracks.stop[j]) - 1]
         number = reasons.setdefault(reason, len(reasons))

@@ -10,6 +10,7 @@ import numpy as np
 
 from dshpm_jax import io
 from dshpm_jax._archive.hashes import INPUT, MODEL, hash_file, read_models
+from dshpm_jax._archive.said import APPLIED
 from dshpm_jax._corrections import Correction, Locked, append, check_belongs, locked, read_corrections
 from dshpm_jax._given import recording_of
 from dshpm_jax._labelling import Labelling, Reason
@@ -21,9 +22,6 @@ from dshpm_jax._review.saying import cuts_of
 from dshpm_jax._review.session import Session
 from dshpm_jax._review.solving import solver_for
 from dshpm_jax._types import NO_MATCH
-
-APPLIED = "corrections"
-"""In sidecars: the ids of the corrections that their labels have."""
 
 
 class CannotOpen(ValueError):

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from dshpm_jax import io
+from dshpm_jax._corrections import CorrectionsError, read_corrections
 from dshpm_jax._review.places import Place
 from dshpm_jax._review.shown import stake_of
 from dshpm_jax.report._doubts import doubt_of
@@ -24,10 +25,19 @@ def _row(place: Place) -> dict[str, Any]:
     if sidecar is None:
         why, new = place.row.get("message"), not place.row
         return {**row, "stake": 0, "doubts": [], "count": 0, "opens": new, "why": why or "not labelled yet", "new": new}
-    doubts = doubts_in(sidecar)
+    confirmed = _confirmed(place)
+    doubts = [] if confirmed else doubts_in(sidecar)
     stake = sum(doubt["stake"] for doubt in doubts)
     opens = {"opens": True, "stake": round(stake, 3), "count": len(doubts), "doubts": doubts[:MAX_DOUBTS]}
-    return {**row, **opens, "corrected": len(sidecar.get("corrections", ()))}
+    return {**row, **opens, "confirmed": confirmed}
+
+
+def _confirmed(place: Place) -> bool:
+    try:
+        found = read_corrections(place.corrections)
+    except CorrectionsError:  # which opening the trial says
+        return False
+    return found is not None and found.confirmed
 
 
 def in_hand(place: Place, tracks: Sequence[Sequence[Any]]) -> dict[str, Any]:

@@ -12,9 +12,10 @@ from dshpm_jax._archive.hashes import INPUT, SETTINGS, hash_file, hash_settings
 from dshpm_jax._archive.manifest import Manifest, known_rows
 from dshpm_jax._archive.outcomes import figures_of, judged
 from dshpm_jax._archive.results import write_result
+from dshpm_jax._archive.said import Said
 from dshpm_jax._review.gaps import Gaps
 from dshpm_jax._review.opening import settings_of
-from dshpm_jax._review.trial import APPLIED, Trial
+from dshpm_jax._review.trial import Trial
 from dshpm_jax.report._run_page import write_run_page
 
 SOON = 1.0
@@ -22,6 +23,9 @@ SOON = 1.0
 
 LATER = 5.0
 """Seconds; used in `Writer`: summary and report are written when no result was for this long."""
+
+FILLED = "filled"
+"""In sidecars: the gaps that are filled in the labelled file: a marker, and frames `first <= t < last`."""
 
 _log = logging.getLogger(__name__)
 
@@ -34,12 +38,12 @@ def write_back(trial: Trial) -> None:
     """
     session, place = trial.session, trial.place
     with session.lock:
-        labelling, applied, version = session.labelling, [one.id for one in session.standing], session.version
-        fills = session.fills()
+        labelling, version, fills = session.labelling, session.version, session.fills()
+        said = Said(session.known(), tuple(one.id for one in session.standing))
     settings = settings_of(trial.head)
     figures = figures_of(labelling)
     hashes = {SETTINGS: hash_settings(settings), INPUT: hash_file(place.job.source), **trial.head.get("hashes", {})}
-    record = {"settings": asdict(settings), "figures": figures, APPLIED: applied}
+    record = {"settings": asdict(settings), "figures": figures, **said.record, **({FILLED: fills} if fills else {})}
 
     def finish(path: Path) -> None:
         if fills and path.suffix.lower() == ".c3d":

@@ -263,3 +263,31 @@ def test_wrong_usage(tmp_path, monkeypatch, capsys, arguments, why):
     monkeypatch.chdir(tmp_path)
     assert main(["review", *arguments]) == 2
     assert why in capsys.readouterr().err
+
+
+def test_a_confirmed_trial_is_no_longer_in_doubt(toes):
+    trial = opened(toes)
+    trial.session.confirm_all()
+    write_back(trial)
+    trial.close()
+    (row,) = queue(places_in(toes).values())
+    assert row["confirmed"] and row["stake"] == row["count"] == 0
+    assert "confirmed" in (toes / "report.html").read_text() or write_folder(toes) is None
+    assert "confirmed" in (toes / "report.html").read_text()
+
+
+def test_labels_of_another_program_are_adopted(toes, monkeypatch, capsys):
+    from dshpm_jax.__main__ import main
+    from dshpm_jax._review.serving import Server
+
+    pytest.importorskip("uvicorn", reason="the extra 'review' is not installed")
+    names = take()[1]
+    (toes / "walk.c3d").unlink()
+    io.write_labelled(labelling_as(io.read(toes.parent / "captures" / "walk.c3d"), names), toes / "walk.c3d")
+    monkeypatch.setattr(Server, "run", Server._end)
+    assert main(["review", str(toes), "--adopt", "--no-open"]) == 0
+    assert "2 changed labels taken over" in capsys.readouterr().out
+    trial = opened(toes)
+    write_back(trial)
+    trial.close()
+    np.testing.assert_array_equal(io.read(toes / "walk.c3d")["LTOE"], take()[0].points[:, names.index("LTOE")])

@@ -92,6 +92,8 @@ function tellNothing(tab) {
   make("h2", tab, "No point in hand");
   make("p", tab, "Click a point or a row of the timeline, or step through the points of this frame with the arrow keys.", "soft");
   keyed(tab, "N", doubts.length ? `Next of ${several(doubts.length, "doubt")}` : "Next trial", () => nextDoubt(1), "wide");
+  if (DATA.in_file && !state.confirmed && tracks.some(track => track.label >= 0)) keyed(tab, "\u21e7Enter", "All labels of this trial are right", confirmAll, "wide");
+  if (state.confirmed) make("p", tab, "You said that all labels are right; a model can learn from them.");
   keyed(tab, "K", "Name markers from a list", () => showTab("names"), "wide");
 }
 
@@ -118,4 +120,9 @@ function confirm() {
   if (!track) return nextDoubt(1);
   if (track.known) return nextDoubt(1);
   send({kind: "confirm", track: track.index}).then(done => done && nextDoubt(1));
+}
+
+function confirmAll() {
+  if (state.proposal) return toast("Accept or refuse first");
+  send({kind: "all"}).then(done => done && toast("Confirmed: all labels of this trial are right"));
 }

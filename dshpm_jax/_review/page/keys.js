@@ -27,7 +27,7 @@ function toEnd(which) {
 
 const HELP = [
   ["N  P", "next, previous doubt"], ["\u21e7N  \u21e7P", "next, previous trial"], ["1 \u2026 9", "it is this label"], ["0", "it is no marker"],
-  ["/", "any label, by its name"], ["Enter", "right as it is; accept"], ["Esc", "refuse; leave"], ["J", "accept just mine"],
+  ["/", "any label, by its name"], ["Enter", "right as it is; accept"], ["Esc", "refuse; leave"], ["\u21e7Enter", "all labels of the trial are right"], ["J", "accept just mine"],
   ["W", "all of the trajectory"], [",  .", "up to this frame, from this frame on"], ["I  O", "from this frame, to this frame"],
   ["C", "cut before this frame"], ["X", "exchange two labels"], ["M", "join two trajectories"], ["Z  Y", "undo, redo"],
   ["\u2190  \u2192", "frame, with \u21e7 ten"], ["[  ]", "ends of the trajectory"], ["space", "play"], ["\u2191  \u2193", "points of this frame"],
@@ -59,7 +59,8 @@ function zoom(by) {
   refresh();
 }
 
-function enter() {
+function enter(event) {
+  if (event.shiftKey) return confirmAll();
   if (state.proposal) return send({kind: "accept"});
   if (tabShown() === "gaps") return fillGap(true);
   if (naming) return nameTrack(trackInHand());

@@ -33,6 +33,7 @@ function takeAnswer(found) {
   selectAgain();
   tellDone();
   tellNames();
+  tellQueue();
   if (state.version !== earlier) {
     tellSaved("kept");
     watchSaving();

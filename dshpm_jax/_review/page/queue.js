@@ -15,7 +15,7 @@ function listQueue({title, trials}, current, goTo) {
     head.disabled = !row.opens;
     head.title = row.why ?? `${row.name}: ${several(row.count, "doubt")}, ${seconds(row.stake)} of points likely wrong`;
     breakable(make("span", head, null, "name"), row.name.replace(/\.[^./]*$/, ""));
-    make("span", head, row.new ? "new" : row.opens ? (row.count ? seconds(row.stake) : "\u2713") : "", "number");
+    make("span", head, row.new ? "new" : row.confirmed ? "\u2713 confirmed" : row.opens ? (row.count ? seconds(row.stake) : "\u2713") : "", "number");
     make("i", make("span", head, null, "stake")).style.width = `${100 * row.stake / top}%`;
     if (!row.opens) make("small", head, row.why);
     head.onclick = () => row.id === current ? node.classList.toggle("folded") : openTrial(row.id);

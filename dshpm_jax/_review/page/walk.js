@@ -47,7 +47,7 @@ function tellQueue() {
     first: track.first, last: track.last, stake: track.stake, index: track.index,
   }));
   const stake = doubts.reduce((sum, track) => sum + track.stake, 0);
-  const trials = trialsKnown.trials.map(row => row.id === DATA.id ? {...row, doubts: own.slice(0, 60), count: own.length, stake} : row);
+  const trials = trialsKnown.trials.map(row => row.id === DATA.id ? {...row, doubts: own.slice(0, 60), count: own.length, stake, confirmed: state.confirmed} : row);
   listQueue({...trialsKnown, trials}, DATA.id, doubt => showTrack(doubt.index));
   markDoubt();
 }
