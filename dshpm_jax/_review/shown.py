@@ -1,5 +1,6 @@
 """A trial as its page shows it: points once, labels whenever they change."""
 
+import shlex
 import warnings
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -7,15 +8,17 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Int
 
+from dshpm_jax._archive.manifest import known_rows
 from dshpm_jax._hierarchy import depth_first
 from dshpm_jax._known import KnownLabel
-from dshpm_jax._labelling import Labelling
+from dshpm_jax._labelling import WITHHELD, Labelling
+from dshpm_jax._review.places import Place
 from dshpm_jax._review.saying import history, words
 from dshpm_jax._review.session import Session
 from dshpm_jax._review.trial import Trial
 from dshpm_jax._trajectories import by_marker
 from dshpm_jax._types import NO_MATCH
-from dshpm_jax.report._doubts import LabelDoubt, doubt_of, troubles_of
+from dshpm_jax.report._doubts import SURE, LabelDoubt, doubt_of, troubles_of
 from dshpm_jax.report._links import Part, links_of
 from dshpm_jax.report._player import parts_data, room_data
 
@@ -33,9 +36,22 @@ def room_of(trial: Trial) -> tuple[dict[str, Any], Int[np.ndarray, "frames slots
         "slots": tracks.points.shape[1],
         "solves": trial.session.solver is not None,
         "knows_body": trial.knows_body,
+        "learning": learning(trial.place),
         "troubles": troubles_of({**trial.head, "trajectories": [{"label": ""}]}) if trial.head else [],
     }
     return {**room, **own}, steps
+
+
+def learning(place: Place) -> list[str]:
+    """The commands that make the model of a trial's subject again and label the rest; none where that cannot be."""
+    subjects = {tuple(row["models"]) for row in known_rows(place.out).values() if row.get("output")}
+    if len(place.job.models) != 1 or len(subjects) != 1:
+        return []
+    new = place.job.models[0].with_name(f"{place.job.models[0].stem}-again.json")
+    out, source = str(place.out), str(place.job.source.parent)
+    make_it = ["dshpm-jax", "model", "--from", out, "-o", str(new)]
+    label_it = ["dshpm-jax", "label", source, "--model", str(new), "-o", out]
+    return [shlex.join(make_it), shlex.join(label_it)]
 
 
 def body_of(labelling: Labelling) -> dict[str, Any]:
@@ -76,7 +92,8 @@ def tracks_of(
     reasons: dict[str, int] = {}
     rows = []
     for j in range(len(tracks)):
-        doubt = None if said[j] or confirmed else doubt_of(_row(labelling, j), context)
+        clear = said[j] or confirmed or not _may_be_doubtful(labelling, j)
+        doubt = None if clear else doubt_of(_row(labelling, j), context)
         reason = doubt.words if doubt else "set by you" if said[j] else str(labelling.reason[j])
         place = [int(tracks.slot[j]), int(tracks.start[j]), int(tracks.stop[j]) - 1]
         number = reasons.setdefault(reason, len(reasons))
@@ -84,6 +101,12 @@ def tracks_of(
         stake = round(stake_of(doubt) / labelling.recording.rate, 3) if doubt else 0
         rows.append([*place, int(labelling.identity[j]), sure, number, stake, int(said[j])])
     return {"tracks": rows, "reasons": list(reasons)}
+
+
+def _may_be_doubtful(labelling: Labelling, j: int) -> bool:
+    """Whether it is worth a look; most trajectories are not."""
+    named = labelling.identity[j] != NO_MATCH
+    return labelling.confidence[j] < SURE if named else labelling.reason[j] in WITHHELD
 
 
 def stake_of(doubt: LabelDoubt) -> float:

@@ -130,9 +130,16 @@ function tellDone() {
   }
   tab.replaceChildren();
   if (!state.history.length) make("p", tab, "Nothing was corrected yet. All that you do stands here, and can be taken back, also tomorrow.", "soft");
+  if (state.history.length && DATA.learning.length) tellLearning(tab);
   for (const {text, time, by, stands} of [...state.history].reverse()) {
     const line = make("div", tab, null, stands ? "done" : "done gone");
     make("span", line, text);
     make("small", line, `${new Date(time).toLocaleString()}${by ? `, ${by}` : ""}${stands ? "" : ", undone"}`, "soft");
   }
+}
+
+// What was said can make the subject's model better, and the rest is labelled again with it.
+function tellLearning(tab) {
+  make("p", tab, "The model can learn from what you said and from labels that are sure. These commands make it again, and label with it what nobody confirmed; what you said stays:", "soft");
+  make("pre", tab, DATA.learning.join("\n"), "command");
 }
