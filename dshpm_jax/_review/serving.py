@@ -44,6 +44,8 @@ class Server:
         """Serves until Ctrl-C, then writes what is due."""
         try:
             self._server.run(sockets=[self._socket])
+        except KeyboardInterrupt:  # which is how it is meant to end
+            pass
         finally:
             self._end()
 
