@@ -16,18 +16,21 @@ from dshpm_jax._review.places import Place
 from dshpm_jax._review.saying import history, words
 from dshpm_jax._review.session import Session
 from dshpm_jax._review.trial import Trial
-from dshpm_jax._trajectories import by_marker
+from dshpm_jax._trajectories import Trajectories, by_marker
 from dshpm_jax._types import NO_MATCH
 from dshpm_jax.report._doubts import SURE, LabelDoubt, doubt_of, troubles_of
 from dshpm_jax.report._links import Part, links_of
 from dshpm_jax.report._player import parts_data, room_data
+
+LASTING = 0.5
+"""share; used in `_lasting`: of the longest trajectory's life; false points live shorter."""
 
 
 def room_of(trial: Trial) -> tuple[dict[str, Any], Int[np.ndarray, "frames slots+1 3"]]:
     """What stays the same however labels change, and the points, packed as trajectories are."""
     labelling = trial.session.labelling
     markers, tracks = _by_marker(labelling), labelling.trajectories
-    figure = markers if np.isfinite(markers).any() else tracks.points
+    figure = markers if np.isfinite(markers).any() else _lasting(tracks)
     names = labelling.model.markers
     room, steps = room_data(tracks.points, figure, names if figure is markers else (), labelling.recording.rate)
     own = {
@@ -138,6 +141,13 @@ def _row(labelling: Labelling, j: int) -> dict[str, Any]:
         "reason": str(labelling.reason[j]),
         "could_be": [markers[m] for m in others if m != NO_MATCH],
     }
+
+
+def _lasting(tracks: Trajectories) -> np.ndarray:
+    """The points of long trajectories, which are rarely false, so that they show how large the body is."""
+    lives = tracks.stop - tracks.start
+    lasting = np.append(lives >= LASTING * lives.max(), False)
+    return np.where(lasting[tracks.index][..., None], tracks.points, np.nan)
 
 
 def _by_marker(labelling: Labelling) -> np.ndarray:

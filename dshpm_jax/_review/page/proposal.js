@@ -26,9 +26,19 @@ async function ask(body, version) {
   }
 }
 
+let tabBefore = null;  // a proposal is shown in the first tab; then the one before comes again
+
 function takeAnswer(found) {
   const earlier = state.version;
   take(found);
+  if (state.proposal && tabShown() !== "label") {
+    tabBefore = tabShown();
+    showTab("label");
+  } else if (!state.proposal && tabBefore) {
+    showTab(tabBefore);
+    tabBefore = null;
+    if (naming && isHere(current)) nextName();
+  }
   if (!state.proposal) setExtentQuietly();
   selectAgain();
   tellDone();
