@@ -90,6 +90,8 @@ class Desk:
         session = trial.session
         with session.lock:
             found = {**state_of(session, trial.head), "proposal": None}
+            if not trial.head:  # nobody labelled it, so there were no sticks to draw
+                found["links"] = body_of(session.labelling)["links"]
             if session.proposal is not None:
                 known = known_of([*session.standing, session.proposal.correction])
                 tracks = tracks_of(session.proposal.labelling, known, trial.head)

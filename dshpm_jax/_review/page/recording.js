@@ -55,6 +55,7 @@ function lay(list) {
 // Takes over what the program says the labels are now.
 function take(found) {
   state = found;
+  if (found.links !== links) links.splice(0, found.links ? links.length : 0, ...found.links ?? []);
   tracks = tracksIn(found);
   doubts = tracks.filter(track => track.doubtful).sort((a, b) => b.stake - a.stake || a.first - b.first);
   const proposed = found.proposal && tracksIn(found.proposal);
