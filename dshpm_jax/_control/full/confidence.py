@@ -34,10 +34,15 @@ class FinalLabels:
     against: Bool[np.ndarray, " trajectories"]
 
 
-def finalise(problem: LabellingProblem, solution: Solution) -> FinalLabels:
-    """The labels as they are given out: those less likely to be right than `Settings.min_confidence` are withheld."""
+def finalise(problem: LabellingProblem, solution: Solution, fit: float | None = None) -> FinalLabels:
+    """The labels as they are given out: those less likely to be right than `Settings.min_confidence` are withheld.
+
+    Arguments:
+        fit: the model fit of the whole recording, where the problem is a part of it.
+    """
     t, tuning = problem.trajectories, problem.tuning
-    fit = round(model_fit(problem, solution), 4)  # as it is told, so that line and confidences agree
+    fit = model_fit(problem, solution) if fit is None else fit
+    fit = round(fit, 4)  # as it is told, so that line and confidences agree
     named = solution.identity != NO_MATCH
     chance = np.minimum(_chance(problem, solution), ceiling_of(fit, tuning))
     best = solution.llr.max(1)
