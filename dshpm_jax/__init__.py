@@ -43,6 +43,8 @@ if TYPE_CHECKING:
     from dshpm_jax._reconstruction import Motion as Motion
     from dshpm_jax._reconstruction import reconstruct as reconstruct
     from dshpm_jax._reconstruction import write_motion as write_motion
+    from dshpm_jax._review.notebook import Review as Review
+    from dshpm_jax._review.notebook import review as review
     from dshpm_jax._scoring import AbstractCandidateScore as AbstractCandidateScore
     from dshpm_jax._scoring import AbstractMatchScore as AbstractMatchScore
     from dshpm_jax._scoring import GaussianCandidate as GaussianCandidate
@@ -85,6 +87,8 @@ __all__ = [
     "reconstruct",
     "Recording",
     "report",
+    "review",
+    "Review",
     "RmsResidual",
     "RobustResidual",
     "Segment",
@@ -117,6 +121,8 @@ _ON_DEMAND = {
     "Motion": "_reconstruction",
     "reconstruct": "_reconstruction",
     "write_motion": "_reconstruction",
+    "Review": "_review.notebook",
+    "review": "_review.notebook",
     "AbstractCandidateScore": "_scoring",
     "AbstractMatchScore": "_scoring",
     "GaussianCandidate": "_scoring",

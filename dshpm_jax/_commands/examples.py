@@ -28,6 +28,10 @@ dshpm-jax check anna/walk.c3d anna/run.c3d --model anna/model.json --json findin
 dshpm-jax view labelled/walk.c3d --open
 dshpm-jax view labelled                       all pages of a run, and its report
 dshpm-jax view walk.c3d --model model.json -o walk.html""",
+    "review": """\
+dshpm-jax review labelled              the trials of a run, those with the most points at stake first
+dshpm-jax review labelled --adopt      labels that another program changed become corrections
+dshpm-jax review static.c3d -o named   a recording without labels, named by clicking""",
     "experiment": """\
 dshpm-jax experiment table1 --trials 5
 dshpm-jax experiment corruption -o corruption --workers 4""",
