@@ -14,6 +14,7 @@ from dshpm_jax._archive.hashes import INPUT, MODEL, SETTINGS, hash_file, hash_fo
 from dshpm_jax._archive.jobs import Job
 from dshpm_jax._archive.outcomes import Outcome, failed, figures_of, judged, passed_over, without_points
 from dshpm_jax._archive.results import ResultKept, write_result
+from dshpm_jax._archive.said import Said, said_about
 from dshpm_jax._compile_cache import cache_programs
 from dshpm_jax._given import recording_of
 from dshpm_jax._labelling import Labelling
@@ -35,6 +36,7 @@ class _Loaded:
     recording: Recording
     model: SubjectModel
     hashes: dict[str, str]
+    said: Said
 
 
 def label_batch(jobs: Sequence[Job], out: Path, settings: Settings, notice: Notice) -> Iterator[Outcome]:
@@ -50,7 +52,7 @@ def label_batch(jobs: Sequence[Job], out: Path, settings: Settings, notice: Noti
         try:
             if job.models not in models:
                 models[job.models] = read_models(job.models)
-            loaded.append(_load(job, *models[job.models], settings))
+            loaded.append(_load(job, *models[job.models], out, settings))
         except Exception as error:
             yield passed_over(job, error) if without_points(error) else failed(job, error)
     frames = [item.recording.num_frames for item in loaded]
@@ -94,10 +96,11 @@ class _Watch:
         return round(self._per_frame * frames[0], 3)
 
 
-def _load(job: Job, model: SubjectModel, model_hash: str, settings: Settings) -> _Loaded:
+def _load(job: Job, model: SubjectModel, model_hash: str, out: Path, settings: Settings) -> _Loaded:
     # Hashed before it is read: if it changes meanwhile, the hash after labelling is another.
     hashes = {INPUT: hash_file(job.source), SETTINGS: hash_settings(settings), MODEL: model_hash, **hash_form(job.form)}
-    return _Loaded(job, recording_of(job.source, model, settings), model, hashes)
+    recording = recording_of(job.source, model, settings)
+    return _Loaded(job, recording, model, hashes, said_about(job, out, recording, model.markers))
 
 
 def _answers(loaded: Sequence[_Loaded], settings: Settings, notice: Notice) -> Iterator[Labelling | Exception]:
@@ -111,22 +114,26 @@ def _answers(loaded: Sequence[_Loaded], settings: Settings, notice: Notice) -> I
 
         done = 0
         try:
-            for answer in label_many([i.recording for i in loaded], [i.model for i in loaded], settings):
+            recordings, models = [i.recording for i in loaded], [i.model for i in loaded]
+            for answer in label_many(recordings, models, settings, known=[i.said.known for i in loaded]):
                 yield answer
                 done += 1
         except Exception:
             _log.debug("a batch failed, its recordings go one by one", exc_info=True)
         for item in loaded[done:]:
             try:
-                yield next(iter(label_many([item.recording], [item.model], settings)))
+                yield next(label_many([item.recording], [item.model], settings, known=[item.said.known]))
             except Exception as error:
                 yield error
 
 
 def _notes(item: _Loaded, answer: Labelling | Exception) -> tuple[str, ...]:
-    """What is to be said about a recording, and about how its result was turned."""
-    doubt = item.job.form.doubt_of_up(_labelled_points(answer)) if isinstance(answer, Labelling) else ""
-    return (*item.recording.notes, doubt) if doubt else item.recording.notes
+    """What is doubtful about the recording, what persons said of it, labels that are known, and how it was turned."""
+    notes = (*item.recording.notes, *item.said.notes)
+    if not isinstance(answer, Labelling):
+        return notes
+    doubt = item.job.form.doubt_of_up(_labelled_points(answer))
+    return (*notes, *answer.stats.get("against", ()), *([doubt] if doubt else []))
 
 
 def _labelled_points(labelling: Labelling) -> Recording:
@@ -139,7 +146,7 @@ def _keep(item: _Loaded, labelling: Labelling, out: Path, settings: Settings) ->
     """Writes the results of one recording."""
     try:
         figures = figures_of(labelling)
-        record = {"settings": dataclasses.asdict(settings), "figures": figures}
+        record = {"settings": dataclasses.asdict(settings), "figures": figures, **item.said.record}
         if written := item.job.form.record(item.recording.source):
             record["written"] = written
         write_result(labelling, item.job, out, item.hashes, record)

@@ -13,6 +13,9 @@ from dshpm_jax._settings import Settings
 from dshpm_jax._subjects import side_by_side
 from dshpm_jax.io._form import AS_IT_IS, Form
 
+NEWER = {"keep_labels": False, "keep_frames": None}
+"""Settings that came later, and what they are where nothing is said: results from before stay up to date."""
+
 INPUT, MODEL, SETTINGS, FORM = "sha256", "model", "settings", "form"  # names of the hashes in manifests and sidecars
 
 
@@ -25,6 +28,7 @@ def hash_settings(settings: Settings) -> str:
     """Of all that can change a label; how complete a file has to be is no such thing."""
     found = dataclasses.asdict(settings)
     del found["completeness"]
+    found = {name: value for name, value in found.items() if name not in NEWER or value != NEWER[name]}
     return _hash(found)
 
 

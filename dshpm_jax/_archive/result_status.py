@@ -9,11 +9,14 @@ from dshpm_jax import io
 from dshpm_jax._archive.hashes import FORM, INPUT, MODEL, SETTINGS, hash_file, hash_form, hash_settings, read_models
 from dshpm_jax._archive.jobs import Job
 from dshpm_jax._archive.outcomes import Outcome, failed, figures_in, judged
+from dshpm_jax._archive.said import APPLIED, applied_of, corrections_of
 from dshpm_jax._outcomes import FAILED, KEPT
 from dshpm_jax._settings import Settings
 
 _REMEDY = "move it away or give another folder for the results"
 _KINDS = {INPUT: "its input", MODEL: "its model", SETTINGS: "the settings", FORM: "the form of results"}
+
+_CORRECTIONS = "what persons corrected"
 
 
 @dataclass(frozen=True)
@@ -57,7 +60,9 @@ class ResultStatus:
             MODEL: self._models[job.models],
             **hash_form(job.form),
         }
+        applied = applied_of(corrections_of(job, self._out))
         changed = [kind for name, kind in _KINDS.items() if head.get("hashes", {}).get(name) != hashes.get(name)]
+        changed += [_CORRECTIONS] if head.get(APPLIED, []) != applied else []
         own = head.get("result", target.name) == target.name
         if target.exists() and "figures" in head and own and not changed and not self._force:
             return judged(job, self._settings, hashes, figures_in(head), was_there=True)

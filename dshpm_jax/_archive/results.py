@@ -4,7 +4,7 @@ import logging
 import os
 import re
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from shutil import rmtree
 from typing import Any
@@ -26,8 +26,18 @@ class ResultKept(Exception):
     """The file in the result's place must not be overwritten."""
 
 
-def write_result(labelling: Labelling, job: Job, out: Path, hashes: Mapping[str, str], record: Mapping[str, Any]):
+def write_result(
+    labelling: Labelling,
+    job: Job,
+    out: Path,
+    hashes: Mapping[str, str],
+    record: Mapping[str, Any],
+    finish: Callable[[Path], object] = lambda path: None,
+) -> None:
     """Writes the labelled file and its sidecar, which holds `hashes`, `record` and the hash of the labelled file.
+
+    Arguments:
+        finish: is called with the labelled file before anybody else sees it, and may change it.
 
     Raises:
         ResultKept: somebody put another file there while the recording was labelled.
@@ -39,6 +49,7 @@ def write_result(labelling: Labelling, job: Job, out: Path, hashes: Mapping[str,
     with tempfile.TemporaryDirectory(prefix=f".{target.name}.", suffix=".part", dir=target.parent) as folder:
         new = Path(folder) / target.name, Path(folder) / sidecar.name
         io.write_labelled(labelling, new[0], job.form)
+        finish(new[0])
         about = {"hashes": dict(hashes), "result": target.name, "output": hash_file(new[0])}
         io.write_sidecar(labelling, new[1], about | dict(record))
         if hash_file(job.source) != hashes[INPUT]:

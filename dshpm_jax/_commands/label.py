@@ -67,6 +67,18 @@ def _add_how(how: argparse._ArgumentGroup) -> None:
         metavar="X",
         help="a file counts as partly labelled if less of its markers' points have a label (default: 0.5)",
     )
+    how.add_argument(
+        "--keep-labels",
+        action="store_true",
+        default=None,
+        help="names that the file has are right: keep them, and label the rest around them",
+    )
+    how.add_argument(
+        "--frames",
+        type=_frames,
+        metavar="A:B",
+        help="with --keep-labels: they are right in frames A to B, as the file numbers them",
+    )
     add_reading(how)
 
 
@@ -174,6 +186,8 @@ def _settings(arguments: argparse.Namespace) -> Settings:
         "unlabelled": arguments.unlabelled or None,
         "drop": arguments.drop or None,
         "frozen_gaps": False if arguments.keep_frozen else None,
+        "keep_labels": arguments.keep_labels,
+        "keep_frames": arguments.frames,
     }
     try:
         settings = Settings.from_toml(arguments.settings) if arguments.settings else Settings()
@@ -189,6 +203,13 @@ def _count(text: str) -> int:
     if not text.isdecimal() or not int(text):
         raise argparse.ArgumentTypeError(f"'{text}' is no number of processes, such as 2")
     return int(text)
+
+
+def _frames(text: str) -> tuple[int, int]:
+    found = re.fullmatch(r"(\d+):(\d+)", text)
+    if not found or int(found[2]) < int(found[1]):
+        raise argparse.ArgumentTypeError(f"'{text}' is no range of frames such as 1:100")
+    return int(found[1]), int(found[2])
 
 
 def _shard(text: str) -> tuple[int, int]:

@@ -13,6 +13,7 @@ from dshpm_jax.io._model_file import SUBJECT_FILES as SUBJECT_FILES
 from dshpm_jax.io._model_file import is_model as is_model
 from dshpm_jax.io._model_file import read_model as read_model
 from dshpm_jax.io._model_file import write_model as write_model
+from dshpm_jax.io._points_hash import points_hash as points_hash
 from dshpm_jax.io._read import SUFFIXES as SUFFIXES
 from dshpm_jax.io._read import may_be_recording as may_be_recording
 from dshpm_jax.io._read import read as read

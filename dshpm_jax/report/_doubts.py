@@ -6,12 +6,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from dshpm_jax._control.tuning import TUNING
-from dshpm_jax._labelling import Reason
+from dshpm_jax._labelling import WITHHELD, Reason
 
 SURE = 0.95
 """Labels less sure than this are in doubt, and so are those withheld."""
 
-WITHHELD = (str(Reason.AMBIGUOUS), str(Reason.DOUBTFUL))
 
 BADLY, ANOTHERS = "the model fits this trial badly", "the model is another subject's"
 BRIEFLY, LOOSELY = "seen too briefly to be sure", "fits its place less well than right labels do"

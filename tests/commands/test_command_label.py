@@ -70,7 +70,7 @@ def test_a_file_in_the_place_of_a_page_stays(folder, capsys, labeller):
 
 
 def test_doubtful_labels_are_status_1(folder, capsys, monkeypatch):
-    def label_many(recordings, models, settings):
+    def label_many(recordings, models, settings, known):
         for recording, model in zip(recordings, models, strict=True):
             yield replace(make_labelling(recording, list(model.markers)), stats={"model_fit": 0.5})
 
@@ -200,7 +200,7 @@ def test_one_bad_file_of_two(folder, capsys, labeller):
 
 
 def test_interrupted(folder, capsys, monkeypatch):
-    def label_many(*_):
+    def label_many(*_, **__):
         raise KeyboardInterrupt
 
     monkeypatch.setitem(sys.modules, "dshpm_jax._label", SimpleNamespace(label_many=label_many))
