@@ -4,6 +4,7 @@ import logging
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from dshpm_jax._given import combine_models as combine_models
 from dshpm_jax._known import KnownLabel as KnownLabel
 from dshpm_jax._labelling import Labelling as Labelling
 from dshpm_jax._labelling import Reason as Reason
@@ -11,7 +12,6 @@ from dshpm_jax._model import Segment as Segment
 from dshpm_jax._model import SubjectModel as SubjectModel
 from dshpm_jax._recording import Recording as Recording
 from dshpm_jax._settings import Settings as Settings
-from dshpm_jax._subjects import combine_models as combine_models
 from dshpm_jax.io import read as read
 from dshpm_jax.io import read_model as read_model
 from dshpm_jax.io import write_c3d as write_c3d
@@ -43,6 +43,8 @@ if TYPE_CHECKING:
     from dshpm_jax._reconstruction import Motion as Motion
     from dshpm_jax._reconstruction import reconstruct as reconstruct
     from dshpm_jax._reconstruction import write_motion as write_motion
+    from dshpm_jax._review.notebook import Review as Review
+    from dshpm_jax._review.notebook import review as review
     from dshpm_jax._scoring import AbstractCandidateScore as AbstractCandidateScore
     from dshpm_jax._scoring import AbstractMatchScore as AbstractMatchScore
     from dshpm_jax._scoring import GaussianCandidate as GaussianCandidate
@@ -85,6 +87,8 @@ __all__ = [
     "reconstruct",
     "Recording",
     "report",
+    "review",
+    "Review",
     "RmsResidual",
     "RobustResidual",
     "Segment",
@@ -117,6 +121,8 @@ _ON_DEMAND = {
     "Motion": "_reconstruction",
     "reconstruct": "_reconstruction",
     "write_motion": "_reconstruction",
+    "Review": "_review.notebook",
+    "review": "_review.notebook",
     "AbstractCandidateScore": "_scoring",
     "AbstractMatchScore": "_scoring",
     "GaussianCandidate": "_scoring",

@@ -29,6 +29,7 @@ LEVELS = [
     {"_label", "_correct", "_live", "_check"},
     {"evaluation", "report", "_reconstruction"},
     {"_archive", "_demo", "_experiments", "_model_choice"},
+    {"_review"},
     {"_commands"},
     {"__main__", "__init__"},
 ]
