@@ -75,7 +75,7 @@ def _full(problem: LabellingProblem) -> Control[Answer]:
 
 def final_answer(problem: LabellingProblem, solution: Solution) -> Control[Answer]:
     """A solution of the full method as it is given out."""
-    final = finalise(problem, solution)
+    final = yield from finalise(problem, solution)
     fits: int = yield CountFits()
     labels = final.identity, final.confidence, final.reason, final.could_be, final.model_fit
     return Answer(problem.model, problem.trajectories, *labels, fits, final.against)

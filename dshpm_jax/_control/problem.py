@@ -1,13 +1,16 @@
 """What is to be labelled, and what is found of it once for all controls that work on it."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from dshpm_jax._control.fixed_labels import FixedLabels
+from dshpm_jax._control.pair_sums import PairSums
 from dshpm_jax._control.prepared_model import PreparedModel, prepared
 from dshpm_jax._control.tuning import TUNING, Tuning
+from dshpm_jax._geometry import evenly_spaced
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._requests import Control, Segmentation, Target
 from dshpm_jax._settings import Settings
@@ -70,6 +73,12 @@ class LabellingProblem:
     def targets(self) -> list[Target]:
         """The segments as the matcher sees them."""
         return self.prepared.targets
+
+    @cached_property
+    def pair_sums(self) -> PairSums:
+        """The distances between all trajectories, over frames evenly spaced."""
+        frames = evenly_spaced(self.trajectories.num_frames, self.tuning.max_samples, rounded=True)
+        return PairSums.of(self.trajectories, frames)
 
     @property
     def last_frame(self) -> int:

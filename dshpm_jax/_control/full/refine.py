@@ -103,7 +103,7 @@ def improve(problem: LabellingProblem, incumbent: Incumbent) -> Control[None]:
     for _ in range(problem.tuning.max_move_rounds):
         moves = propose_moves(problem, incumbent.solution)
         following = yield from make_moves(problem, incumbent.solution, moves)
-        if not incumbent.offer(following):
+        if not incumbent.offer(problem, following):
             return
 
 

@@ -41,7 +41,7 @@ def rematch(problem: LabellingProblem, incumbent: Incumbent, only: Container[int
         if len(pays) > 1:
             together, _ = yield from _refined(problem, solution, [pays])
             better = better_of(better, together)
-        if not incumbent.offer(better):
+        if not incumbent.offer(problem, better):
             return
 
 

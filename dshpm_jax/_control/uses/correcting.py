@@ -130,7 +130,8 @@ def _written(
         which: the trajectories of the problem in the answer.
         near: the trajectories of the answer that were judged anew.
     """
-    final, judged = finalise(problem, solution, answer.model_fit), near[which]
+    final = yield from finalise(problem, solution, answer.model_fit)
+    judged = near[which]
     there = which[judged]
     fields = {name: getattr(answer, name).copy() for name in ("identity", "confidence", "could_be", "against")}
     for name, values in fields.items():
