@@ -4,6 +4,7 @@ import logging
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from dshpm_jax._given import combine_models as combine_models
 from dshpm_jax._known import KnownLabel as KnownLabel
 from dshpm_jax._labelling import Labelling as Labelling
 from dshpm_jax._labelling import Reason as Reason
@@ -11,7 +12,6 @@ from dshpm_jax._model import Segment as Segment
 from dshpm_jax._model import SubjectModel as SubjectModel
 from dshpm_jax._recording import Recording as Recording
 from dshpm_jax._settings import Settings as Settings
-from dshpm_jax._subjects import combine_models as combine_models
 from dshpm_jax.io import read as read
 from dshpm_jax.io import read_model as read_model
 from dshpm_jax.io import write_c3d as write_c3d

@@ -19,7 +19,7 @@ from dshpm_jax._model import SubjectModel
 from dshpm_jax._pretracking import pretrack
 from dshpm_jax._recording import Recording
 from dshpm_jax._settings import Settings
-from dshpm_jax._size import size_doubt
+from dshpm_jax._size import SIZE_REMEDY, size_doubt
 from dshpm_jax._trajectories import Trajectories, from_columns
 from dshpm_jax.io import first_frame
 
@@ -56,7 +56,8 @@ def label(
     recording = recording_of(recording, of_subject, settings)
     rescaled = settings is not None and settings.rescale
     if not rescaled and (doubt := size_doubt(recording, of_subject)):
-        warnings.warn(doubt, stacklevel=2)
+        who = recording.source.name if recording.source else "the recording"
+        warnings.warn(f"{who}: {doubt}; {SIZE_REMEDY}", stacklevel=2)
     return next(label_many([recording], of_subject, settings, driver, tuning, [known]))
 
 

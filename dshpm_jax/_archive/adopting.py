@@ -41,7 +41,8 @@ def adopt(result: Path, source: Path | None = None) -> list[Correction]:
     source = source or source_of(result)
     how, markers = sidecar.get("settings", {}), sidecar["markers"]
     options = how.get("unlabelled", ()), [*io.kept(markers), *how.get("drop", ())], how.get("frozen_gaps", True)
-    before, after = io.read(source, *options), io.read(result, *options[:2], frozen_gaps=False)
+    turned = io.Form(axes=sidecar.get("written", {}).get("axes", ""))
+    before, after = turned.of(io.read(source, *options)), io.read(result, *options[:2], frozen_gaps=False)
     if after.num_frames != before.num_frames:
         wrong = f"it has {after.num_frames} frames, and {source} {before.num_frames}"
         raise io.ReadError(result, wrong, "put the frames back that were cut off, or leave its labels")

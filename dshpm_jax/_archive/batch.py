@@ -7,8 +7,10 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from dshpm_jax._archive.compiling import notice_of_compiling
-from dshpm_jax._archive.hashes import INPUT, MODEL, SETTINGS, hash_file, hash_settings, read_models
+from dshpm_jax._archive.hashes import INPUT, MODEL, SETTINGS, hash_file, hash_form, hash_settings, read_models
 from dshpm_jax._archive.jobs import Job
 from dshpm_jax._archive.outcomes import Outcome, failed, figures_of, judged, passed_over, without_points
 from dshpm_jax._archive.results import ResultKept, write_result
@@ -20,6 +22,7 @@ from dshpm_jax._model import SubjectModel
 from dshpm_jax._outcomes import KEPT
 from dshpm_jax._recording import Recording
 from dshpm_jax._settings import Settings
+from dshpm_jax._types import NO_MATCH
 
 Notice = Callable[[str], object]
 """Takes a line about what is going on."""
@@ -95,15 +98,9 @@ class _Watch:
 
 def _load(job: Job, model: SubjectModel, model_hash: str, out: Path, settings: Settings) -> _Loaded:
     # Hashed before it is read: if it changes meanwhile, the hash after labelling is another.
-    hashes = {INPUT: hash_file(job.source), SETTINGS: hash_settings(settings), MODEL: model_hash}
+    hashes = {INPUT: hash_file(job.source), SETTINGS: hash_settings(settings), MODEL: model_hash, **hash_form(job.form)}
     recording = recording_of(job.source, model, settings)
     return _Loaded(job, recording, model, hashes, said_about(job, out, recording, model.markers))
-
-
-def _notes(item: _Loaded, answer: Labelling | Exception) -> tuple[str, ...]:
-    """What is doubtful about the recording, about what persons said of it, and about labels that are known."""
-    against = answer.stats.get("against", ()) if isinstance(answer, Labelling) else ()
-    return (*item.recording.notes, *item.said.notes, *against)
 
 
 def _answers(loaded: Sequence[_Loaded], settings: Settings, notice: Notice) -> Iterator[Labelling | Exception]:
@@ -130,11 +127,28 @@ def _answers(loaded: Sequence[_Loaded], settings: Settings, notice: Notice) -> I
                 yield error
 
 
+def _notes(item: _Loaded, answer: Labelling | Exception) -> tuple[str, ...]:
+    """What is doubtful about the recording, what persons said of it, labels that are known, and how it was turned."""
+    notes = (*item.recording.notes, *item.said.notes)
+    if not isinstance(answer, Labelling):
+        return notes
+    doubt = item.job.form.doubt_of_up(_labelled_points(answer))
+    return (*notes, *answer.stats.get("against", ()), *([doubt] if doubt else []))
+
+
+def _labelled_points(labelling: Labelling) -> Recording:
+    recording = labelling.recording
+    labelled = (labelling.identities != NO_MATCH)[..., None]
+    return dataclasses.replace(recording, points=np.where(labelled, recording.points, np.nan))
+
+
 def _keep(item: _Loaded, labelling: Labelling, out: Path, settings: Settings) -> Outcome:
     """Writes the results of one recording."""
     try:
         figures = figures_of(labelling)
         record = {"settings": dataclasses.asdict(settings), "figures": figures, **item.said.record}
+        if written := item.job.form.record(item.recording.source):
+            record["written"] = written
         write_result(labelling, item.job, out, item.hashes, record)
     except ResultKept as kept:
         return Outcome(item.job, KEPT, str(kept), item.hashes)

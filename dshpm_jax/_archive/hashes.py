@@ -10,12 +10,13 @@ from dshpm_jax import io
 from dshpm_jax._archive.jobs import subjects
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._settings import Settings
-from dshpm_jax._subjects import combine_models
+from dshpm_jax._subjects import side_by_side
+from dshpm_jax.io._form import AS_IT_IS, Form
 
 NEWER = {"keep_labels": False, "keep_frames": None}
 """Settings that came later, and what they are where nothing is said: results from before stay up to date."""
 
-INPUT, MODEL, SETTINGS = "sha256", "model", "settings"  # names of the hashes in manifests and sidecars
+INPUT, MODEL, SETTINGS, FORM = "sha256", "model", "settings", "form"  # names of the hashes in manifests and sidecars
 
 
 def hash_file(path: Path) -> str:
@@ -31,6 +32,11 @@ def hash_settings(settings: Settings) -> str:
     return _hash(found)
 
 
+def hash_form(form: Form) -> dict[str, str]:
+    """The hash of what was asked of the axes, the unit and the names of a result, if anything was."""
+    return {} if form == AS_IT_IS else {FORM: _hash(dataclasses.asdict(form))}
+
+
 def read_models(paths: tuple[Path, ...]) -> tuple[SubjectModel, str]:
     """The model of the subjects of `paths`, and a hash that tells it from others."""
     hashes = tuple(hash_file(path) for path in paths)
@@ -42,7 +48,7 @@ def read_models(paths: tuple[Path, ...]) -> tuple[SubjectModel, str]:
 def _read_models(paths: tuple[Path, ...], hashes: tuple[str, ...]) -> SubjectModel:
     """Read once for all batches of a process, as long as the files have these hashes; subject files take seconds."""
     found = [io.read_model(path) for path in paths]
-    return found[0] if len(paths) == 1 else combine_models(dict(zip(subjects(paths), found)))
+    return found[0] if len(paths) == 1 else side_by_side(dict(zip(subjects(paths), found)))
 
 
 def _hash(value: object) -> str:

@@ -20,7 +20,8 @@ dshpm-jax label walk.c3d --model model.json -o labelled
 dshpm-jax label captures -o labelled --dry-run                each trial with the nearest model.json
 dshpm-jax label captures -o labelled --workers 4 --open
 dshpm-jax label half.c3d -o labelled --keep-labels            what has a name keeps it, the rest is labelled around it
-dshpm-jax label duet.c3d --model anna.json --model ben.json -o labelled""",
+dshpm-jax label duet.c3d --model anna.json --model ben.json -o labelled
+dshpm-jax label captures -o for-opensim --format trc --up y --unit m""",
     "check": """\
 dshpm-jax check walk.c3d --model model.json
 dshpm-jax check anna/walk.c3d anna/run.c3d --model anna/model.json --json findings.json""",

@@ -9,12 +9,13 @@ from functools import partial
 from pathlib import Path
 
 from dshpm_jax._archive.dispatcher import label_on
-from dshpm_jax._archive.jobs import Job, find_jobs, in_shard
+from dshpm_jax._archive.jobs import FORMATS, Job, find_jobs, in_shard
 from dshpm_jax._archive.manifest import known_rows
 from dshpm_jax._archive.progress import TICK_SECONDS, Progress, every, log_to
 from dshpm_jax._archive.result_status import Due
 from dshpm_jax._archive.run import Executor, Order, label_archive, label_here, what_is_due
 from dshpm_jax._archive.workers import local_workers, workers_of
+from dshpm_jax._commands.forms import add_form, form_of
 from dshpm_jax._commands.pages import add_open, open_page
 from dshpm_jax._commands.statuses import FAILURES, OK
 from dshpm_jax._compile_cache import cache_folder
@@ -42,9 +43,7 @@ def add_options(label: argparse.ArgumentParser) -> None:
         metavar="MODEL",
         help="once for each subject; otherwise the nearest model.json of each file",
     )
-    label.add_argument(
-        "--format", choices=("c3d", "same"), default="c3d", help="of the results: C3D, or that of each recording"
-    )
+    add_form(label.add_argument_group("how results are written"), FORMATS)
     _add_how(label.add_argument_group("how to label"))
     _add_run(label.add_argument_group("the run"))
 
@@ -105,9 +104,10 @@ def run(arguments: argparse.Namespace) -> int:
             raise UsageError(f"{model}: there is no such model; make one with 'dshpm-jax model'")
     if arguments.shard and (arguments.scheduler or arguments.scheduler_file):
         raise UsageError("--shard: the workers of a scheduler share out all files themselves; leave one of them out")
+    form = form_of(arguments)
     if not arguments.dry_run:
         say(f"looking for recordings in {_listed(arguments.inputs)}")
-    jobs = find_jobs(arguments.inputs, arguments.model, arguments.out, arguments.format == "same")
+    jobs = find_jobs(arguments.inputs, arguments.model, arguments.out, arguments.format, form)
     jobs = [dataclasses.replace(job, page=not arguments.no_pages) for job in jobs]
     order = Order(arguments.out, settings, arguments.force, arguments.shard, arguments.workers or 1)
     if order.shard:

@@ -5,6 +5,7 @@ from dshpm_jax.io._errors import NoPoints as NoPoints
 from dshpm_jax.io._errors import ReadError as ReadError
 from dshpm_jax.io._errors import WriteError as WriteError
 from dshpm_jax.io._filled import write_filled as write_filled
+from dshpm_jax.io._form import Form as Form
 from dshpm_jax.io._frame_numbers import first_frame as first_frame
 from dshpm_jax.io._how import kept as kept
 from dshpm_jax.io._labelled import write_labelled as write_labelled

@@ -77,6 +77,8 @@ def troubles_of(sidecar: Mapping[str, Any]) -> list[str]:
         return said
     evidence = f"The labels hold only {fit:.0%} of the usual evidence"
     if not any(track["label"] is not None for track in sidecar["trajectories"]):
+        if said:  # which explains it
+            return said
         evidence = "No point fits the model"
     return [*said, f"{evidence}: the model may be of another subject, or of markers that were placed anew."]
 

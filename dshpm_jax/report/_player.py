@@ -37,6 +37,7 @@ def player_data(film: Film, name: str) -> dict[str, Any]:
         "spans": [_listed(span, reasons) for span in film.spans],
         "doubts": [_listed(span, reasons) for span in film.doubts],
         "troubles": film.troubles,
+        "notes": film.notes,
     }
 
 

@@ -59,6 +59,8 @@ def test_troubles_of_all_labels():
     unit = sidecar(figures={"doubts": ["its unit is probably m and not mm"]})
     assert troubles_of(unit) == ["Its unit is probably m and not mm."]
     assert troubles_of(sidecar(0.0, trajectories=[]))[0].startswith("No point fits the model")
+    explained = sidecar(0.0, trajectories=[], figures={"doubts": ["its unit is probably m and not mm"]})
+    assert troubles_of(explained) == ["Its unit is probably m and not mm."]
 
 
 def test_sidecars_as_they_are_written():
