@@ -6,11 +6,10 @@ from collections.abc import Sequence
 from dshpm_jax._control.tuning import TUNING, Tuning
 from dshpm_jax._control.uses.correcting import corrected
 from dshpm_jax._driver import Driver
-from dshpm_jax._known import KnownLabel, known_points
+from dshpm_jax._known import KnownLabel, points_of
 from dshpm_jax._label import labelling_of, points_given
 from dshpm_jax._labelling import Labelling
 from dshpm_jax._settings import Settings
-from dshpm_jax._types import UNKNOWN
 
 
 def correct(
@@ -39,7 +38,6 @@ def correct(
     """
     settings = dataclasses.replace(settings or Settings(), method="full", rescale=False)
     known_now = points_given(labelling.recording, labelling.model, known, settings)
-    names = labelling.model.markers
-    said = known_points(labelling.recording, names, known if new is None else new) != UNKNOWN
+    said = points_of(labelling.recording, known if new is None else new)
     control = corrected(labelling, known_now, said, settings, tuning)
     return labelling_of(labelling.recording, next((driver or Driver()).run([control])))

@@ -1,12 +1,13 @@
 """Labels that are given with a recording, as a person or its file says them."""
 
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Int
+from jaxtyping import Bool, Int
 
+from dshpm_jax._geometry import is_seen
 from dshpm_jax._recording import Recording, no_such_name
 from dshpm_jax._types import NO_MATCH, UNKNOWN
 
@@ -87,23 +88,45 @@ def known_points(
     """
     number = {name: k for k, name in enumerate(markers)}
     place = {column: k for k, column in enumerate(recording.columns)}
-    points = np.full(recording.points.shape[:2], UNKNOWN, np.int32)
+    columns = sorted({one.column for one in known})
+    _check_spans(known, number, recording, place)
+    within = {column: k for k, column in enumerate(columns)}  # a recording may have thousands of columns
+    points = np.full((recording.num_frames, len(columns)), UNKNOWN, np.int32)
     said_by = np.full(points.shape, NO_MATCH, np.int32)  # which of `known`
     for k, one in enumerate(known):
-        if one.label is not None and one.label not in number:
-            raise ValueError(f"{one}: {no_such_name(one.label, markers, 'marker of the model')}")
-        if one.column not in place or max(one.first + 1, one.last or 0) > len(points):
-            size = f"{len(points)} frames, and {len(place)} columns up to {max(place)}"
-            raise ValueError(f"{one}: the recording has {size}; a known label has to be of one of these")
-        span = slice(one.first, one.last), place[one.column]
+        span = slice(one.first, one.last), within[one.column]
         label = NO_MATCH if one.label is None else number[one.label]
         other = np.flatnonzero((points[span] != UNKNOWN) & (points[span] != label))
         if len(other):
             _refuse(known[int(said_by[span][other[0]])], one, "give one point two labels")
         points[span], said_by[span] = label, k
-    points[~recording.present] = UNKNOWN
+    there = [place[column] for column in columns]
+    points[~is_seen(recording.points[:, there])] = UNKNOWN
     _refuse_twice(points, said_by, known)
-    return points
+    found = np.full(recording.points.shape[:2], UNKNOWN, np.int32)
+    found[:, there] = points
+    return found
+
+
+def _check_spans(
+    known: Sequence[KnownLabel], number: Mapping[str, int], recording: Recording, place: Mapping[int, int]
+) -> None:
+    """Refuses labels that are no markers, and points that are not in the recording."""
+    for one in known:
+        if one.label is not None and one.label not in number:
+            raise ValueError(f"{one}: {no_such_name(one.label, list(number), 'marker of the model')}")
+        if one.column not in place or max(one.first + 1, one.last or 0) > recording.num_frames:
+            size = f"{recording.num_frames} frames, and {len(place)} columns up to {max(place)}"
+            raise ValueError(f"{one}: the recording has {size}; a known label has to be of one of these")
+
+
+def points_of(recording: Recording, known: Iterable[KnownLabel]) -> Bool[np.ndarray, "frames points"]:
+    """The points that known labels are of, seen or not."""
+    place = {column: k for k, column in enumerate(recording.columns)}
+    found = np.zeros(recording.points.shape[:2], bool)
+    for one in known:
+        found[one.first : one.last, place[one.column]] = True
+    return found
 
 
 def runs(
