@@ -12,7 +12,7 @@ from typing import Any
 
 from browser import CHROMIUM
 
-PATIENCE = 30.0  # seconds until something that is waited for has to be there
+PATIENCE = 60.0  # seconds until something that is waited for has to be there
 
 KEYS = {
     "Enter": (13, "\r"),

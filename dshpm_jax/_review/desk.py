@@ -16,9 +16,10 @@ from dshpm_jax._review.gaps import Gaps
 from dshpm_jax._review.naming import Source, add_names, sources_of, take_names
 from dshpm_jax._review.opening import settings_of
 from dshpm_jax._review.places import Place
-from dshpm_jax._review.session import Solver, known_of
+from dshpm_jax._review.said import known_of
+from dshpm_jax._review.session import Solver
 from dshpm_jax._review.shown import body_of, room_of, state_of, tracks_of
-from dshpm_jax._review.trial import CannotOpen, Trial, open_trial
+from dshpm_jax._review.trial import Trial, open_trial
 from dshpm_jax._review.waiting import in_hand, queue
 from dshpm_jax._review.writing import FILLED, Writer
 from dshpm_jax._types import NO_MATCH
@@ -210,6 +211,3 @@ def _quietly(solver: Solver, labelling: Labelling, known: Sequence[KnownLabel]) 
         solver(labelling, known)
     except Exception:
         _log.debug("nothing could be solved ahead", exc_info=True)
-
-
-__all__ = ["CannotOpen", "Desk"]

@@ -1,7 +1,6 @@
 """One trial in hand: its labels, what was done to them, and what is proposed but does not count yet."""
 
 import getpass
-import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -10,7 +9,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from dshpm_jax._corrections import Change, Correction, Corrections
+from dshpm_jax._corrections import Change, Correction
 from dshpm_jax._corrections._format import resolved
 from dshpm_jax._known import KnownLabel
 from dshpm_jax._labelling import Labelling
@@ -26,6 +25,7 @@ from dshpm_jax._review.pieces import (
     joined_again,
     labels_at,
 )
+from dshpm_jax._review.said import as_it_was, covered, known_of, only, said_again, stays, superseded
 from dshpm_jax._review.saying import cuts_of, effects_of, told, words
 from dshpm_jax._types import NO_MATCH
 
@@ -116,7 +116,7 @@ class Session:
         edit = self._edit(wanted)
         kind = "confirm" if wanted["kind"] == "confirm" else "label"
         gone = superseded(self.standing, edit.known)
-        known = known_of([*(one for one in self.standing if one.id not in gone), _only(edit.known)])
+        known = known_of([*(one for one in self.standing if one.id not in gone), only(edit.known)])
         own = self._own(edit)
         changes = tuple(self._change(known) for known in edit.known)
         solved = None
@@ -124,7 +124,7 @@ class Session:
             solved = self.solver(self.labelling, known)
         result = edit.labelling if solved is None else adopted(self.labelling, solved)
         effects = difference(self.labelling, result, own)
-        others = [effect for effect in difference(self.labelling, result) if not _covered(effect, edit.known)]
+        others = [effect for effect in difference(self.labelling, result) if not covered(effect, edit.known)]
         details = {"effects": effects, "cuts": cuts_between(self.labelling, result)}
         correction = Correction(kind, changes, by=_user(), details=details)
         self.proposal = Proposal(correction, result, edit.labelling, others, gone)
@@ -145,7 +145,7 @@ class Session:
         if mine_only:
             own = self._own(Edit(proposal.mine, tuple(change.known for change in correction.changes)))
             labelling = proposal.mine
-            stay = [_as_it_was(effect) for effect in proposal.others if _stays(effect, proposal.mine)]
+            stay = [as_it_was(effect) for effect in proposal.others if stays(effect, proposal.mine)]
             effects = difference(self.labelling, labelling, own)
             details = {"effects": effects, "cuts": cuts_between(self.labelling, labelling)}
             correction = replace(correction, changes=(*correction.changes, *stay), details=details)
@@ -238,7 +238,7 @@ class Session:
 
     def _with(self, correction: Correction) -> Labelling:
         if correction.changes and "effects" not in correction.details:  # made by another program
-            return _said_again(self.labelling, correction.changes)
+            return said_again(self.labelling, correction.changes)
         return after(cut_again(self.labelling, cuts_of(correction)), effects_of(correction))
 
     def _edit(self, wanted: dict[str, Any]) -> Edit:
@@ -284,70 +284,6 @@ class Session:
         name = None if was == NO_MATCH else self.labelling.model.markers[was]
         last = tracks.num_frames if known.last is None else known.last
         return Change(known.column, known.first, last, known.label, name)
-
-
-def known_of(standing: Sequence[Correction]) -> tuple[KnownLabel, ...]:
-    """What corrections say of which points; later ones count where two are of the same."""
-    return Corrections("", "", tuple(standing)).known()
-
-
-def superseded(standing: Sequence[Correction], said: Sequence[KnownLabel]) -> list[str]:
-    """The ids of earlier corrections that say nothing but that other points have labels which these points have.
-
-    Raises:
-        ValueError: an earlier correction says that, and more.
-    """
-    gone = []
-    for one in standing:
-        clash = [any(_contradict(change.known, new) for new in said) for change in one.changes]
-        if all(clash) and clash:
-            gone.append(one.id)
-        elif any(clash):
-            label = next(change.label for change, wrong in zip(one.changes, clash, strict=True) if wrong)
-            raise ValueError(
-                f"you said before that {label} is another point in these frames; exchange the two, or undo"
-            )
-    return gone
-
-
-def _contradict(old: KnownLabel, new: KnownLabel) -> bool:
-    """Whether the label of one column is said of another at the same time."""
-    apart = old.column == new.column or old.label is None or old.label != new.label
-    old_last, new_last = (math.inf if one.last is None else one.last for one in (old, new))
-    return not apart and old.first < new_last and new.first < old_last
-
-
-def _only(known: Sequence[KnownLabel]) -> Correction:
-    return Correction("label", tuple(Change(k.column, k.first, k.last or k.first + 1, k.label) for k in known))
-
-
-def _said_again(labelling: Labelling, changes: Sequence[Change]) -> Labelling:
-    for change in changes:
-        marker = NO_MATCH if change.label is None else labelling.model.markers.index(change.label)
-        tracks, cells = labelling.trajectories, np.zeros(labelling.trajectories.index.shape, bool)
-        some = slice(change.first, change.last)
-        cells[some] = tracks.column[some] == labelling.recording.columns.index(change.column)
-        labelling = edits.say(labelling, cells, marker).labelling
-    return labelling
-
-
-def _covered(effect: Effect, known: Sequence[KnownLabel]) -> bool:
-    return any(
-        one.column == effect.column and one.first <= effect.first and (one.last is None or effect.last <= one.last)
-        for one in known
-    )
-
-
-def _stays(effect: Effect, mine: Labelling) -> bool:
-    """Whether what would have changed keeps its label if only the correction itself counts."""
-    tracks, column = mine.trajectories, mine.recording.columns.index(effect.column)
-    here = np.flatnonzero(tracks.column[effect.first] == column)
-    number = mine.identity[tracks.index[effect.first, here[0]]] if len(here) else NO_MATCH
-    return effect.was.label is not None and number != NO_MATCH and mine.model.markers[number] == effect.was.label
-
-
-def _as_it_was(effect: Effect) -> Change:
-    return Change(effect.column, effect.first, effect.last, effect.was.label, effect.was.label)
 
 
 def _span(wanted: dict[str, Any]) -> Span:

@@ -1,10 +1,11 @@
 """A trial of a folder, opened to be corrected: read, brought up to date with its corrections, and locked."""
 
+import os
 from collections.abc import Mapping
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -58,8 +59,9 @@ class Trial:
 
     def close(self) -> None:
         """Lets others correct it."""
+        with suppress(OSError):  # some systems keep files that are open; the file is harmless there
+            self.place.lock.unlink()
         self._held.close()
-        self.place.lock.unlink(missing_ok=True)
 
 
 def open_trial(place: Place) -> Trial:
@@ -71,7 +73,9 @@ def open_trial(place: Place) -> Trial:
     with ExitStack() as stack:
         try:
             place.lock.parent.mkdir(parents=True, exist_ok=True)
-            stack.enter_context(locked(place.lock))
+            lock = stack.enter_context(locked(place.lock))
+            if not _is_still(place.lock, lock):
+                raise Locked(f"{place.lock}: was just let go")
             session, head, knows_body = _read(place)
         except Locked:
             raise CannotOpen(f"{place.name}: somebody else is correcting it; close the other page first") from None
@@ -79,6 +83,14 @@ def open_trial(place: Place) -> Trial:
             text = f"{place.name}: {error.strerror}; check the disk" if isinstance(error, OSError) else str(error)
             raise CannotOpen(text) from None
         return Trial(place, session, head, knows_body, _held=stack.pop_all())
+
+
+def _is_still(path: Path, file: BinaryIO) -> bool:
+    """Whether a file that was locked still has its name: whoever held it before removes it."""
+    try:
+        return os.path.samestat(os.fstat(file.fileno()), os.stat(path))
+    except FileNotFoundError:
+        return False
 
 
 def _read(place: Place) -> tuple[Session, Mapping[str, Any], bool]:

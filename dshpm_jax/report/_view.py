@@ -85,7 +85,8 @@ def view_frame(
     """A page of one frame in which to find out which point is which marker: every point with its number.
 
     A click on a point leads to a field for its name and segments; the page turns what is typed there into the `names`
-    and `segments` that `SubjectModel.from_frame` takes (section 5.1.1).
+    and `segments` that `SubjectModel.from_frame` takes (section 5.1.1). `review(recording, names=...)` names markers by
+    clicking, and gives the labels themselves.
 
     Arguments:
         recording: its columns need no names.

@@ -189,3 +189,48 @@ def test_a_still_is_named_from_nothing_by_clicking(tmp_path, browser):
 def place_on_screen(browser: Browser, place: np.ndarray) -> tuple[float, float]:
     """Where a place in the room (mm) is on the page, by the camera that the page has."""
     return tuple(browser.run(f"window.reviewPlace({json.dumps(place.tolist())})"))
+
+
+def test_by_mouse_alone(tmp_path, browser):
+    out = write_wrong(tmp_path, {"LTOE": "RTOE", "RTOE": "LTOE"})
+    with served(out) as server:
+        browser.open(server.address)
+        browser.click_on(".doubt", "LTOE")
+        browser.wait_for_text("#label-tab h2", "LTOE")
+        browser.wait_for_text("#label-tab .options", "LTOE")
+        browser.click_on(".tools button", "Exchange with")
+        browser.wait_for_text("#label-tab", "Exchange LTOE with")
+        browser.click_on(".option", "RTOE")
+        browser.wait_for_text("#undo", "LTOE → RTOE, RTOE → LTOE")
+        browser.wait_for_text("#left-over", "nothing in doubt")
+        browser.click_on("#undo")
+        browser.wait_for_text("#left-over", "2 doubts")
+        browser.click_on("#redo")
+        browser.wait_for_text("#left-over", "nothing in doubt")
+        browser.click_on("#tabs button", "Done")
+        browser.wait_for_text("#done-tab", "LTOE → RTOE")
+        browser.click_on("#tabs button", "Gaps")
+        browser.wait("document.querySelector('#gaps-tab h2') !== null")
+        assert not browser.errors
+    assert columns_named(out, "LTOE") == truth("LTOE") and columns_named(out, "RTOE") == truth("RTOE")
+
+
+def test_a_part_of_a_trajectory(tmp_path, browser):
+    out = write_wrong(tmp_path, {})
+    with served(out) as server:
+        browser.open(server.address)
+        hand(browser, "C7", 60)
+        browser.press(".")
+        browser.wait_for_text("#extent-text", "Frames 60–119")
+        browser.press(",")
+        browser.wait_for_text("#extent-text", "Frames 0–60")
+        browser.press("i")
+        go_to(browser, 80)
+        browser.press("o")
+        browser.wait_for_text("#extent-text", "Frames 60–80")
+        browser.press("0")
+        browser.wait_for_text("#undo", "C7 → no marker, frames 60–80")
+        assert not browser.errors
+    sidecar = io.read_sidecar(out / "walk.labels.json")
+    assert sidecar is not None
+    assert sorted(row["frames"] for row in sidecar["trajectories"] if row["label"] == "C7") == [[0, 59], [81, 119]]
