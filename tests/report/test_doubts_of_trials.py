@@ -30,7 +30,7 @@ def test_what_is_sure_is_in_no_doubt(sure):
     [
         (track(0.94), sidecar(), LOOSELY),
         (track(0.8, frames=200), sidecar(), LOOSELY),
-        (track(0.8, frames=2), sidecar(), BRIEFLY),
+        (track(0.9, frames=2), sidecar(), BRIEFLY),
         (track(0.1, frames=20), sidecar(), LOOSELY),
         (track(TUNING.poor_fit_share), sidecar(0.6), BADLY),
         (track(0.75), sidecar(0.6), LOOSELY),
