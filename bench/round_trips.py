@@ -66,9 +66,9 @@ def labelling_of(recording: Recording) -> Labelling:
     column = tracks.column[tracks.start, tracks.slot]
     identity = np.array([markers.index(n) if (n := recording.labels[c]) in markers else NO_MATCH for c in column], int)
     count = len(markers)
-    model = SubjectModel(
-        tuple(markers), (Segment("all", tuple(range(count)), np.zeros((count, 3))),), *np.zeros((2, count, count))
-    )
+    mean, spread = np.zeros((2, count, count))
+    segments = (Segment("all", tuple(range(count)), np.zeros((count, 3))),)
+    model = SubjectModel(tuple(markers), segments, pair_mean=mean, pair_spread=spread)
     reasons = tuple(Reason.OUTSIDE if k == NO_MATCH else Reason.MATCHED for k in identity)
     return Labelling(recording, model, tracks, identity, np.ones(len(tracks)), reasons)
 
@@ -78,7 +78,7 @@ def cells_of(path: Path) -> list[Counter]:
     if path.suffix.lower() == ".c3d":
         file = read_layout(path)
         raw = raw_c3d(path)
-        seen = np.isfinite(raw.points).all(-1)
+        seen = np.asarray(np.isfinite(raw.points).all(-1))
         rows = [file.points[:, c] for c in raw.columns]
         frames = [Counter(row[t].tobytes() for row, s in zip(rows, seen.T) if s[t]) for t in range(len(seen))]
         return [frame + Counter([other.tobytes()]) for frame, other in zip(frames, file.analog)]
