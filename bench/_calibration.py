@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-WIDTHS = 2.0, 2.0, 2.0
+WIDTHS = 4.0, 2.0, 2.0, 2.0, 2.0, 2.0
 """Standard deviations of a fitted coefficient about where it started: where all is right nothing else bounds it."""
 
 STEPS = 100  # of Newton's method at most
@@ -21,16 +21,13 @@ class Numbers(NamedTuple):
     """The fitted numbers, by the names of their fields in `Tuning` where they have one.
 
     Attributes:
-        base, per_llr, per_decade: log odds that a label is right: of one second without evidence, for a nat of mean
-            evidence, for ten times as long.
+        weights: of the features that the log odds of a label are a sum of, see `confidence_features`.
         poor_fit_below, poor_fit_share: labels of a recording whose `model_fit` is less are no surer than the share.
         rescaled_share: of the labels that are right with another subject's model, rescaled.
         finding_per_llr: log odds that a finding of `check` is right, for a nat.
     """
 
-    base: float
-    per_llr: float
-    per_decade: float
+    weights: tuple[float, ...]
     poor_fit_below: float
     poor_fit_share: float
     rescaled_share: float
@@ -44,8 +41,7 @@ class Labels:
     Attributes:
         data_set: the data set of each.
         recording: a number that those of one recording share.
-        llr: mean evidence for the label (nats), within what counts of it.
-        seconds: how long it lives, within what counts of it.
+        features: what its log odds are a weighted sum of, see `confidence_features`.
         right: whether the label is.
         model_fit: that of the recording.
         rescaled: whether the model was another subject's.
@@ -53,8 +49,7 @@ class Labels:
 
     data_set: np.ndarray
     recording: Int[np.ndarray, " trajectories"]
-    llr: Float[np.ndarray, " trajectories"]
-    seconds: Float[np.ndarray, " trajectories"]
+    features: Float[np.ndarray, "trajectories features"]
     right: Bool[np.ndarray, " trajectories"]
     model_fit: Float[np.ndarray, " trajectories"]
     rescaled: Bool[np.ndarray, " trajectories"]
@@ -64,10 +59,6 @@ class Labels:
 
     def where(self, which: np.ndarray) -> "Labels":
         return replace(self, **{name: column[which] for name, column in vars(self).items()})
-
-    @property
-    def features(self) -> Float[np.ndarray, "trajectories 3"]:
-        return np.stack([np.ones(len(self)), self.llr, np.log10(self.seconds)], axis=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +105,7 @@ def _cost(found, features, right, centre, weight) -> float:
 
 def chance(numbers: Numbers, labels: Labels) -> Float[np.ndarray, " trajectories"]:
     """The probability that each label is right, as these numbers have it."""
-    sure = logistic(labels.features @ np.array(numbers[:3]))
+    sure = logistic(labels.features @ np.array(numbers.weights))
     sure = np.where(labels.rescaled, numbers.rescaled_share, 1.0) * sure
     return np.where(labels.model_fit < numbers.poor_fit_below, np.minimum(sure, numbers.poor_fit_share), sure)
 
@@ -127,8 +118,8 @@ def fitted(labels: Labels, findings: Findings, now: Numbers) -> Numbers:
     """The numbers that fit best; those of which the data say nothing stay as they are."""
     own = labels.where(~labels.rescaled)
     sound = own.where(own.model_fit >= now.poor_fit_below)
-    base, per_llr, per_decade = fit_logistic(sound.features, sound.right, now[:3]).tolist() if len(sound) else now[:3]
-    numbers = _with_poor_fits(now._replace(base=base, per_llr=per_llr, per_decade=per_decade), own)
+    weights = tuple(fit_logistic(sound.features, sound.right, now.weights).tolist()) if len(sound) else now.weights
+    numbers = _with_poor_fits(now._replace(weights=weights), own)
     if labels.rescaled.any():
         numbers = numbers._replace(rescaled_share=float(labels.right[labels.rescaled].mean()))
     if len(findings):

@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Int
 
-from dshpm_jax import Labelling
+from dshpm_jax import Labelling, SubjectModel
+from dshpm_jax._trajectories import Trajectories
 
 NEAR = 0.05  # mm, what rounding may move a point
 MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0}
@@ -48,18 +49,29 @@ def counts(found: Labelling, truth: Mapping[str, np.ndarray]) -> Counts:
 
 
 def judged_trajectories(
-    found: Labelling, truth: Mapping[str, np.ndarray]
+    tracks: Trajectories,
+    identity: Int[np.ndarray, " trajectories"],
+    model: SubjectModel,
+    truth: Mapping[str, np.ndarray],
 ) -> tuple[Int[np.ndarray, " judged"], Bool[np.ndarray, " judged"]]:
     """The labelled trajectories that can be judged, and whether each is right in most of its frames."""
-    right, fair = _judged(found, truth)
-    unknown = ~np.isin(found.model.markers, truth["labels"])
-    fair |= (found.identities >= 0) & unknown[found.identities]  # a label that nobody wears is wrong
-    tracks = found.trajectories
+    places, to = places_of(truth), _places_of_markers(model, truth)
     frame, slot = np.nonzero(tracks.index >= 0)
-    at = tracks.index[frame, slot], (frame, tracks.column[frame, slot])
-    total, good = (np.bincount(at[0], each[at[1]], len(tracks)) for each in (fair, right & fair))
+    j = tracks.index[frame, slot]
+    frame, slot, j = (each[identity[j] >= 0] for each in (frame, slot, j))
+    k = to[identity[j]]
+    fair = truth["judged"][frame, k] | (k < 0)  # a label that nobody wears is wrong
+    with np.errstate(invalid="ignore"):
+        near = np.linalg.norm(tracks.points[frame, slot] - places[frame, k], axis=1) < NEAR
+    total, good = (np.bincount(j, each, len(tracks)) for each in (fair, fair & near & (k >= 0)))
     which = np.flatnonzero(total)
     return which, good[which] > 0.5 * total[which]
+
+
+def _places_of_markers(model: SubjectModel, truth: Mapping[str, np.ndarray]) -> Int[np.ndarray, " markers+1"]:
+    """Which place of the truth each marker is, -1 where none; no label is -1 and takes the last."""
+    names = truth["labels"].tolist()
+    return np.array([names.index(name) if name in names else -1 for name in model.markers] + [-1])
 
 
 def _judged(
@@ -67,9 +79,7 @@ def _judged(
 ) -> tuple[Bool[np.ndarray, "frames points"], Bool[np.ndarray, "frames points"]]:
     """Which points carry a label that is at its true place, and which a label that can be judged there."""
     places = places_of(truth)
-    names = truth["labels"].tolist()
-    to = np.array([names.index(name) if name in names else -1 for name in found.model.markers] + [-1])
-    label = to[found.identities]  # no label is -1 and takes the last
+    label = _places_of_markers(found.model, truth)[found.identities]
     frame, column = np.nonzero(label >= 0)
     k = label[frame, column]
     right, fair = np.zeros(label.shape, bool), np.zeros(label.shape, bool)

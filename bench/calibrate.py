@@ -18,7 +18,6 @@ import json
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -40,23 +39,23 @@ from _machine import description
 from _planting import judged_findings
 from _truth import judged_trajectories
 
-from dshpm_jax import Labelling, Settings, label_many
+from dshpm_jax import Settings, SubjectModel
 from dshpm_jax._compile_cache import cache_programs
+from dshpm_jax._control.full.confidence import WEIGHTS, confidence_features
+from dshpm_jax._control.full.objective import model_fit
+from dshpm_jax._control.full.search import solve
+from dshpm_jax._control.problem import LabellingProblem
 from dshpm_jax._control.tuning import TUNING, Tuning
+from dshpm_jax._control.uses.population import rescaled
+from dshpm_jax._driver import Driver
+from dshpm_jax._pretracking import pretrack
+from dshpm_jax._requests import Control
+from dshpm_jax._trajectories import Trajectories
 
 RESULTS = Path(__file__).parent / "results" / "calibration.json"
 AT_ONCE = 16  # recordings that are labelled side by side
-FIELDS = {  # the numbers by the fields of `Tuning`
-    "base": "confidence_base",
-    "per_llr": "confidence_per_nat",
-    "per_decade": "confidence_per_decade",
-    "poor_fit_below": "poor_fit_below",
-    "poor_fit_share": "poor_fit_share",
-    "rescaled_share": "rescaled_share",
-}
+FIELDS = ("poor_fit_below", "poor_fit_share", "rescaled_share")  # of `Tuning`, besides the weights
 FINDING_PER_LLR = 0.5  # a probability for each nat of a finding, as `check` had it, by hand
-BARE = {"base": 0.0, "per_llr": 1.0, "per_decade": 0.0, "poor_fit_share": 1.0, "rescaled_share": 1.0}
-"""With these numbers the confidence of a label is its evidence, as a probability."""
 
 
 def main() -> None:
@@ -80,7 +79,8 @@ def main() -> None:
 
 def numbers_of(tuning: Tuning) -> Numbers:
     """The numbers of today."""
-    return Numbers(**{name: getattr(tuning, field) for name, field in FIELDS.items()}, finding_per_llr=FINDING_PER_LLR)
+    weights = tuple(getattr(tuning, name) for name in WEIGHTS)
+    return Numbers(weights, **{name: getattr(tuning, name) for name in FIELDS}, finding_per_llr=FINDING_PER_LLR)
 
 
 def labels_of(every: Sequence[Case], rescaled: str) -> Labels:
@@ -91,27 +91,36 @@ def labels_of(every: Sequence[Case], rescaled: str) -> Labels:
         for first in range(0, len(some), AT_ONCE):
             rows += list(_labelled(some[first : first + AT_ONCE], is_rescaled))
             print(f"{len(rows)} recordings of {len(every)} labelled", flush=True)
-    columns = [np.concatenate([np.broadcast_to(row[k], len(row[2])) for row in rows]) for k in range(len(rows[0]))]
-    number = np.unique(columns[1], return_inverse=True)[1]
-    return Labels(columns[0], number, *columns[2:])
+    return gathered(rows)
+
+
+def gathered(rows: Sequence[tuple]) -> Labels:
+    """Data set, recording, features, right, fit and whether rescaled, of the labels of each recording, as one."""
+    size = [len(row[3]) for row in rows]
+    data_set, recording, fit, rescaled = (np.repeat([row[k] for row in rows], size) for k in (0, 1, 4, 5))
+    number = np.unique(recording, return_inverse=True)[1]
+    features, right = (np.concatenate([row[k] for row in rows]) for k in (2, 3))
+    return Labels(data_set, number, features, right, fit, rescaled)
 
 
 def _labelled(some: Sequence[Case], is_rescaled: bool) -> Iterator[tuple]:
     """The columns of `Labels` for each case."""
-    recordings, models, truths = zip(*(case.read() for case in some))
-    bare = replace(TUNING, **{FIELDS[name]: value for name, value in BARE.items()})
-    settings = Settings(min_confidence=0.0, rescale=is_rescaled)
-    for case, found, truth in zip(some, label_many(recordings, models, settings, tuning=bare), truths):
-        which, right = judged_trajectories(found, truth)
-        llr, seconds = evidence(found, which)
-        yield case.data_set, case.name, llr, seconds, right, found.stats["model_fit"], is_rescaled
+    inputs = [case.read() for case in some]
+    controls = [judged_labels(pretrack(recording), model, is_rescaled) for recording, model, _ in inputs]
+    for case, found, (*_, truth) in zip(some, Driver().run(controls), inputs, strict=True):
+        problem, identity, features, fit = found
+        which, right = judged_trajectories(problem.trajectories, identity, problem.model, truth)
+        yield case.data_set, case.name, features[which], right, fit, is_rescaled
 
 
-def evidence(found: Labelling, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Mean evidence (nats) and life (seconds) of trajectories labelled with `BARE`, within what counts."""
-    sure, tracks = found.confidence[which], found.trajectories
-    seconds = (tracks.stop - tracks.start)[which] / tracks.rate
-    return np.log(sure) - np.log1p(-sure), np.clip(seconds, *TUNING.confidence_seconds)
+def judged_labels(tracks: Trajectories, model: SubjectModel, is_rescaled: bool) -> Control[tuple]:
+    """A recording labelled, nothing withheld: the problem, its labels, their features, how well the model fits."""
+    settings = Settings()
+    if is_rescaled:
+        model = yield from rescaled(tracks, model, settings, TUNING)
+    problem, solution = yield from solve(LabellingProblem(tracks, model, settings))
+    features = yield from confidence_features(problem, solution)
+    return problem, solution.identity, features, model_fit(problem, solution)
 
 
 def findings_of(every: Sequence[Case]) -> Findings:
@@ -126,6 +135,12 @@ def findings_of(every: Sequence[Case]) -> Findings:
     return Findings(np.array(sets, str), np.array(nats, float), np.array(right, bool))
 
 
+def named(numbers: Numbers) -> dict[str, float]:
+    """The numbers by the fields of `Tuning`, and that of `check`."""
+    rest = numbers._asdict()
+    return dict(zip(WEIGHTS, rest.pop("weights"), strict=True)) | rest
+
+
 def judged(labels: Labels, findings: Findings, now: Numbers) -> Iterator[dict[str, Any]]:
     """A row for each data set: what the others lead to, and how far it holds on it beside today's numbers."""
     for name, numbers in left_out(labels, findings, now):
@@ -137,7 +152,7 @@ def judged(labels: Labels, findings: Findings, now: Numbers) -> Iterator[dict[st
             "right": int(here.right.sum()),
             "findings": len(said),
             "findings_right": int(said.right.sum()),
-            "numbers": numbers._asdict(),
+            "numbers": named(numbers),
             "held": _held(here, said, numbers),
             "held_now": _held(here, said, now),
         }
@@ -154,7 +169,7 @@ def _held(labels: Labels, findings: Findings, numbers: Numbers) -> dict[str, Any
 
 def show(rows: Sequence[dict[str, Any]]) -> None:
     """The table: for each data set the numbers of the others, then how these and today's hold on it."""
-    heads = (*("base", "/nat", "/decade", "fit <", "share", "rescaled", "check"), "")
+    heads = (*("base", "/nat", "/decade", "/own", "/margin", "/swap", "fit <", "share", "rescaled", "check"), "")
     bins = " ".join(f"{f'{low:g}-{high:g}' if high < 1 else f'>= {low:g}':>14}" for low, high in BINS)
     counts = ("labels", "wrong", "findings", "wrong")
     print(f"{'left out':24} {_cells(counts)} {_cells(heads)} {bins} {'log loss':>9} {'of check':>9}")
@@ -177,10 +192,10 @@ def _line(held: dict[str, Any]) -> str:
 
 def result(labels: Labels, findings: Findings, now: Numbers, after: Numbers, rows: list) -> dict[str, Any]:
     """What is kept: the numbers, what they were fitted on, and how far they hold where they were not."""
-    named = {**FIELDS, "finding_per_llr": "finding_per_llr"}
+    before, fitted_now = named(now), named(after)
     return {
         "machine": description(),
-        "numbers": {named[k]: {"today": getattr(now, k), "fitted": round(getattr(after, k), 4)} for k in named},
+        "numbers": {k: {"today": before[k], "fitted": round(fitted_now[k], 4)} for k in before},
         "fitted_on": {
             "trajectories": dict(Counter(labels.data_set.tolist())),
             "findings": dict(Counter(findings.data_set.tolist())),

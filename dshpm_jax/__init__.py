@@ -4,6 +4,8 @@ import logging
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from dshpm_jax._given import combine_models as combine_models
+from dshpm_jax._known import KnownLabel as KnownLabel
 from dshpm_jax._labelling import Labelling as Labelling
 from dshpm_jax._labelling import Reason as Reason
 from dshpm_jax._marker_set import MarkerSet as MarkerSet
@@ -12,7 +14,6 @@ from dshpm_jax._model import Segment as Segment
 from dshpm_jax._model import SubjectModel as SubjectModel
 from dshpm_jax._recording import Recording as Recording
 from dshpm_jax._settings import Settings as Settings
-from dshpm_jax._subjects import combine_models as combine_models
 from dshpm_jax.io import read as read
 from dshpm_jax.io import read_marker_set as read_marker_set
 from dshpm_jax.io import read_model as read_model
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     from dshpm_jax import synthesis as synthesis
     from dshpm_jax._check import Finding as Finding
     from dshpm_jax._check import check as check
+    from dshpm_jax._correct import correct as correct
     from dshpm_jax._driver import Driver as Driver
     from dshpm_jax._label import label as label
     from dshpm_jax._label import label_many as label_many
@@ -45,6 +47,8 @@ if TYPE_CHECKING:
     from dshpm_jax._reconstruction import Motion as Motion
     from dshpm_jax._reconstruction import reconstruct as reconstruct
     from dshpm_jax._reconstruction import write_motion as write_motion
+    from dshpm_jax._review.notebook import Review as Review
+    from dshpm_jax._review.notebook import review as review
     from dshpm_jax._scoring import AbstractCandidateScore as AbstractCandidateScore
     from dshpm_jax._scoring import AbstractMatchScore as AbstractMatchScore
     from dshpm_jax._scoring import GaussianCandidate as GaussianCandidate
@@ -64,6 +68,7 @@ __all__ = [
     "AbstractMatchScore",
     "check",
     "combine_models",
+    "correct",
     "Driver",
     "evaluation",
     "Filled",
@@ -73,6 +78,7 @@ __all__ = [
     "GaussianCandidate",
     "GaussianMatch",
     "io",
+    "KnownLabel",
     "label",
     "label_many",
     "LabelledFrames",
@@ -90,6 +96,8 @@ __all__ = [
     "reconstruct",
     "Recording",
     "report",
+    "review",
+    "Review",
     "RmsResidual",
     "RobustResidual",
     "Segment",
@@ -112,6 +120,7 @@ __all__ = [
 _ON_DEMAND = {
     "Finding": "_check",
     "check": "_check",
+    "correct": "_correct",
     "Driver": "_driver",
     "label": "_label",
     "label_many": "_label",
@@ -122,6 +131,8 @@ _ON_DEMAND = {
     "Motion": "_reconstruction",
     "reconstruct": "_reconstruction",
     "write_motion": "_reconstruction",
+    "Review": "_review.notebook",
+    "review": "_review.notebook",
     "AbstractCandidateScore": "_scoring",
     "AbstractMatchScore": "_scoring",
     "GaussianCandidate": "_scoring",

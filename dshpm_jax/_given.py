@@ -8,7 +8,7 @@ from dshpm_jax._marker_set import MarkerSet, Member
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._recording import Recording
 from dshpm_jax._settings import Settings
-from dshpm_jax._subjects import combine_models
+from dshpm_jax._subjects import side_by_side
 
 GivenRecording = Recording | str | Path
 GivenModel = SubjectModel | str | Path
@@ -28,8 +28,7 @@ def recording_of(
     if isinstance(given, Recording):
         return given
     how = Settings() if settings is None else settings
-    known = model.model if isinstance(model, Member) else model
-    markers = () if known is None else known.markers
+    markers = () if model is None else model.markers
     return io.read(given, how.unlabelled, [*io.kept(markers), *how.drop], how.frozen_gaps)
 
 
@@ -49,9 +48,28 @@ def model_of(given: GivenModels) -> SubjectModel:
         return given
     if isinstance(given, str | Path):
         return io.read_model(given)
-    if isinstance(given, Mapping):
-        return combine_models({name: model_of(one) for name, one in given.items()})
-    return combine_models([model_of(one) for one in given])
+    return combine_models(given)
+
+
+def combine_models(models: Mapping[str, GivenModel] | Sequence[GivenModel]) -> SubjectModel:
+    """One model of all subjects that a recording shows.
+
+    Arguments:
+        models: the subjects' names and models, or the files of these; subjects without names are called `subject1`,
+            `subject2`, ...
+
+    Markers and segments carry the subject's name before a colon, as capture systems write it: `anna:LKNE`. Every
+    subject keeps a root of its own, and no distance between two subjects is known.
+
+    Raises:
+        ReadError: a file cannot be read.
+        ValueError: there is no model, or a name holds a colon.
+    """
+    if isinstance(models, GivenModel):
+        raise ValueError("one model was given alone; give a model for each subject")
+    if not isinstance(models, Mapping):
+        models = {f"subject{k + 1}": model for k, model in enumerate(models)}
+    return side_by_side({name: model_of(model) for name, model in models.items()})
 
 
 def model_or_set_of(given: GivenModels | MarkerSet | Member) -> SubjectModel | MarkerSet | Member:

@@ -17,7 +17,7 @@ from dshpm_jax._types import NO_MATCH
 class Reason(StrEnum):
     """Why a trajectory has its label or none.
 
-    The text is what sidecars hold. The first two come with a label, the others without.
+    The text is what sidecars hold. The first two come with a label, the last with one or none, the others without.
     """
 
     MATCHED = "matched with its segment"
@@ -27,6 +27,11 @@ class Reason(StrEnum):
     AMBIGUOUS = "two labels fit it almost equally well"
     DOUBTFUL = "the label that it would get fits too badly to be trusted"
     ABANDONED = "not part of any segment that was found; some were not"
+    KNOWN = "known, as a person or the file says so"
+
+
+WITHHELD = (Reason.AMBIGUOUS, Reason.DOUBTFUL)
+"""Why a label is withheld; `Labelling.could_be` has it first then."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +47,8 @@ class Labelling:
         reason: for each trajectory, why.
         stats: figures of the run: "svd_count" (rigid fits, section 5.2.3), and of the full method "model_fit", the
             evidence that the labels hold against what right ones usually do; see `Tuning.poor_fit_below`. Where the
-            labels are doubtful as a whole for other reasons, "doubts" holds these, a short sentence each.
+            labels are doubtful as a whole for other reasons, "doubts" holds these, a short sentence each. Where labels
+            were known although the evidence is against them, "against" holds a sentence for each.
         could_be: for each trajectory the markers, besides its label, that it may be: the label that is withheld from
             it, and the one that it would be exchanged with; `NO_MATCH` beyond. Only the full method knows any.
     """

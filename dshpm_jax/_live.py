@@ -11,6 +11,7 @@ from dshpm_jax._control.tuning import TUNING
 from dshpm_jax._control.uses.incremental import update_labels
 from dshpm_jax._driver import Driver
 from dshpm_jax._geometry import is_seen
+from dshpm_jax._given import GivenModels, model_of
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._pretracking import pretrack
 from dshpm_jax._recording import Recording
@@ -54,7 +55,7 @@ class Labeller:
     into blocks.
 
     Arguments:
-        model: of the subject, or of all subjects (see `combine_models`).
+        model: of the subject, or its file; for several subjects a model of each (see `combine_models`).
         rate: frames a second (Hz).
         delay_seconds: a frame's labels come at most so long after it was pushed.
         settings: as for `label`, with the method "full".
@@ -67,7 +68,7 @@ class Labeller:
 
     def __init__(
         self,
-        model: SubjectModel,
+        model: GivenModels,
         rate: float,
         delay_seconds: float = 2.0,
         settings: Settings | None = None,
@@ -81,8 +82,8 @@ class Labeller:
         self._step = round(delay_seconds * rate / 2)
         if self._step < 5:
             raise ValueError(f"a delay of {delay_seconds} s is under ten frames at {rate} Hz; give a longer one")
-        _ = prepared(model, self._settings, TUNING).neighbourhoods  # so that a model without any is refused now
-        self._model, self._rate = model, rate
+        self._model, self._rate = model_of(model), rate
+        _ = prepared(self._model, self._settings, TUNING).neighbourhoods  # so that a model without any is refused now
         self._driver = Driver() if driver is None else driver
         self._keep = round(WINDOW * delay_seconds * rate)
         self._points = np.zeros((0, 0, 3))

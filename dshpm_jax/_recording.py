@@ -106,7 +106,7 @@ class Recording:
         """
         columns = [k for k, name in enumerate(self.labels) if name == label]
         if not columns:
-            raise KeyError(_no_such_column(label, self.labels))
+            raise KeyError(no_such_name(label, self.labels, "column"))
         seen = self.present[:, columns]
         if (seen.sum(1) > 1).any():
             raise ValueError(f"{len(columns)} columns are called {label!r} and seen together; use points and labels")
@@ -230,13 +230,13 @@ def check_names_apart(recording: Recording, take_turns: bool = True) -> None:
             )
 
 
-def _no_such_column(label: object, labels: Sequence[str]) -> str:
-    """Says that no column has this name, and which names are near."""
+def no_such_name(label: object, labels: Sequence[str], thing: str) -> str:
+    """Says that no `thing`, such as a column, has this name, and which names are near."""
     if not isinstance(label, str):
-        return f"a column is asked for by its name, got {label!r}"
+        return f"a {thing} is asked for by its name, got {label!r}"
     named = {name.lower(): name for name in labels if not is_unlabelled(name)}
     wanted = bare_label(label).lower()
     close = [wanted] if wanted in named else get_close_matches(wanted, list(named), cutoff=0.5)
     near = [named[name] for name in close]
     some = ", ".join(list(named.values())[:SHOWN_NAMES]) or "none"
-    return f"no column is called {label!r}; " + (f"did you mean {' or '.join(near)}?" if near else f"there are {some}")
+    return f"no {thing} is called {label!r}; " + (f"did you mean {' or '.join(near)}?" if near else f"there are {some}")

@@ -41,6 +41,8 @@ class Settings:
         drop: names of columns to leave out, with wildcards, or their numbers, as in "#12"; see `read`.
         frozen_gaps: a point of a moving capture that keeps its coordinates to the last bit over several frames counts
             as missing there; see `read`.
+        keep_labels: names of the file that are of markers are known labels; everything else is labelled around them.
+        keep_frames: in which frames they are, the first and the last as the file numbers them; all by default.
     """
 
     method: Method = "full"
@@ -64,11 +66,13 @@ class Settings:
     unlabelled: tuple[str, ...] = ()
     drop: tuple[str, ...] = ()
     frozen_gaps: bool = True
+    keep_labels: bool = False
+    keep_frames: tuple[int, int] | None = None
 
     def __post_init__(self):
         if self.method not in ("full", "paper", "static"):
             raise ValueError(f'method is "full", "paper" or "static", not {self.method!r}')
-        for name in ("rescale", "frozen_gaps"):
+        for name in ("rescale", "frozen_gaps", "keep_labels"):
             if not isinstance(getattr(self, name), bool):
                 raise ValueError(f"{name} is true or false, not {getattr(self, name)!r}")
         if self.rescale and self.method != "full":
@@ -78,6 +82,7 @@ class Settings:
             if not isinstance(names, list | tuple) or not all(isinstance(n, str) and n for n in names):
                 raise ValueError(f'{name} is a list of names such as ["ghost*"], not {names!r}')
             object.__setattr__(self, name, tuple(names))
+        self._check_frames()
         for name, (low, high) in RANGES.items():
             value = getattr(self, name)
             kind = int if isinstance(_DEFAULTS[name], int) else int | float
@@ -85,6 +90,17 @@ class Settings:
                 continue
             if not isinstance(value, kind) or isinstance(value, bool) or not low <= value <= high:
                 raise ValueError(f"{name} must lie between {low:g} and {high:g}, got {value!r}")
+
+    def _check_frames(self) -> None:
+        frames = self.keep_frames
+        if frames is None:
+            return
+        if not (isinstance(frames, list | tuple) and len(frames) == 2 and all(type(f) is int for f in frames)):
+            raise ValueError(f"keep_frames is a first and a last frame such as [1, 100], not {frames!r}")
+        if not self.keep_labels or frames[1] < frames[0]:
+            why = "are those of keep_labels, which is not set" if not self.keep_labels else "end before they begin"
+            raise ValueError(f"keep_frames: frames {frames[0]} to {frames[1]} {why}")
+        object.__setattr__(self, "keep_frames", tuple(frames))
 
     @classmethod
     def from_toml(cls, path: str | Path) -> "Settings":

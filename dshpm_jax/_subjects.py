@@ -9,20 +9,8 @@ from dshpm_jax._model import Segment, SubjectModel
 from dshpm_jax._types import NO_PARENT
 
 
-def combine_models(models: Mapping[str, SubjectModel] | Sequence[SubjectModel]) -> SubjectModel:
-    """One model of all subjects that a recording shows.
-
-    Arguments:
-        models: the subjects' names and models; subjects without names are called `subject1`, `subject2`, ...
-
-    Markers and segments carry the subject's name before a colon, as capture systems write it: `anna:LKNE`. Every
-    subject keeps a root of its own, and no distance between two subjects is known.
-
-    Raises:
-        ValueError: there is no model, or a name holds a colon.
-    """
-    if not isinstance(models, Mapping):
-        models = {f"subject{k + 1}": model for k, model in enumerate(models)}
+def side_by_side(models: Mapping[str, SubjectModel]) -> SubjectModel:
+    """What `combine_models` makes of models and the names of their subjects."""
     if not models:
         raise ValueError("no model was given; give one for each subject")
     if wrong := next((name for name in models if not name or ":" in name), None):

@@ -55,6 +55,16 @@ class Trajectories:
         here, points = self.at(frame)
         return here, from_columns(points[None], self.rate)
 
+    def between(self, first: int, last: int) -> tuple["Trajectories", Int[np.ndarray, " some"]]:
+        """The trajectories seen in frames `first <= t < last`, as a recording of its own, and which they are."""
+        which = np.flatnonzero((self.start < last) & (first < self.stop))
+        number = np.full(len(self) + 1, NO_MATCH, self.index.dtype)  # NO_MATCH is -1: the last
+        number[which] = np.arange(len(which))
+        start, stop = np.maximum(self.start[which] - first, 0), np.minimum(self.stop[which], last) - first
+        rows = slice(first, last)
+        index, slot = number[self.index[rows]], self.slot[which]
+        return Trajectories(self.points[rows], index, self.column[rows], slot, start, stop, self.rate), which
+
     def cut(
         self, which: Int[np.ndarray, " cuts"], frame: Int[np.ndarray, " cuts"]
     ) -> tuple["Trajectories", Int[np.ndarray, " trajectories"]]:

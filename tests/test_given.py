@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from dshpm_jax import (
+    Labeller,
     Settings,
     SubjectModel,
     check,
@@ -16,6 +17,7 @@ from dshpm_jax import (
     read,
     read_model,
     reconstruct,
+    view,
 )
 from dshpm_jax._given import recording_of
 from dshpm_jax.synthesis import person
@@ -57,6 +59,15 @@ def test_models_of_several_subjects_as_files(files):
     path = str(files / "model.json")
     for given, known in (([path, model], [model, model]), ({"anna": path, "ben": path}, {"anna": model, "ben": model})):
         assert label(files / "walk.c3d", given).model.markers == combine_models(known).markers
+
+
+def test_models_of_pages_of_captures_and_of_several_subjects(files):
+    path, known = str(files / "model.json"), read_model(files / "model.json")
+    assert view(files / "walk.c3d", path).html == view(files / "walk.c3d", known).html
+    assert combine_models({"anna": path, "ben": known}).markers == combine_models({"anna": known, "ben": known}).markers
+    assert len(Labeller(path, 100.0).finish()) == 0
+    with pytest.raises(ValueError, match="one model was given alone"):
+        combine_models(path)
 
 
 def test_check_and_reconstruct(files):

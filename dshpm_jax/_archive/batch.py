@@ -7,12 +7,15 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from dshpm_jax._archive.compiling import notice_of_compiling
-from dshpm_jax._archive.hashes import INPUT, MODEL, SETTINGS, hash_file, hash_settings, read_models
+from dshpm_jax._archive.hashes import INPUT, MODEL, SETTINGS, hash_file, hash_form, hash_settings, read_models
 from dshpm_jax._archive.jobs import Job
 from dshpm_jax._archive.outcomes import Outcome, failed, figures_of, judged, passed_over, without_points
 from dshpm_jax._archive.own_models import member_of
 from dshpm_jax._archive.results import ResultKept, write_result
+from dshpm_jax._archive.said import Said, said_about
 from dshpm_jax._compile_cache import cache_programs
 from dshpm_jax._given import recording_of
 from dshpm_jax._labelling import Labelling
@@ -21,6 +24,7 @@ from dshpm_jax._model import SubjectModel
 from dshpm_jax._outcomes import KEPT
 from dshpm_jax._recording import Recording
 from dshpm_jax._settings import Settings
+from dshpm_jax._types import NO_MATCH
 
 Notice = Callable[[str], object]
 """Takes a line about what is going on."""
@@ -34,6 +38,7 @@ class _Loaded:
     recording: Recording
     model: SubjectModel | MarkerSet | Member
     hashes: dict[str, str]
+    said: Said
 
 
 def label_batch(jobs: Sequence[Job], out: Path, settings: Settings, notice: Notice) -> Iterator[Outcome]:
@@ -60,7 +65,7 @@ def label_batch(jobs: Sequence[Job], out: Path, settings: Settings, notice: Noti
         else:
             outcome = failed(item.job, answer, item.hashes)
         seconds = watch.share(frames[k:]) if outcome.figures else None
-        yield dataclasses.replace(outcome, notes=item.recording.notes, seconds=seconds)
+        yield dataclasses.replace(outcome, notes=_notes(item, answer), seconds=seconds)
 
 
 def label_batch_telling(
@@ -95,11 +100,12 @@ class _Watch:
 
 def _load(job: Job, model: SubjectModel | MarkerSet, model_hash: str, out: Path, settings: Settings) -> _Loaded:
     # Hashed before it is read: if it changes meanwhile, the hash after labelling is another.
-    hashes = {INPUT: hash_file(job.source), SETTINGS: hash_settings(settings), MODEL: model_hash}
+    hashes = {INPUT: hash_file(job.source), SETTINGS: hash_settings(settings), MODEL: model_hash, **hash_form(job.form)}
     recording = recording_of(job.source, model, settings)
+    said = said_about(job, out, recording, model.markers)
     if isinstance(model, MarkerSet) and job.beside:
-        return _Loaded(job, recording, member_of(job, model, model_hash, out, settings), hashes)
-    return _Loaded(job, recording, model, hashes)
+        return _Loaded(job, recording, member_of(job, model, model_hash, out, settings), hashes, said)
+    return _Loaded(job, recording, model, hashes, said)
 
 
 def _answers(loaded: Sequence[_Loaded], settings: Settings, notice: Notice) -> Iterator[Labelling | Exception]:
@@ -113,25 +119,42 @@ def _answers(loaded: Sequence[_Loaded], settings: Settings, notice: Notice) -> I
 
         done = 0
         try:
-            for answer in label_many([i.recording for i in loaded], [i.model for i in loaded], settings):
+            recordings, models = [i.recording for i in loaded], [i.model for i in loaded]
+            for answer in label_many(recordings, models, settings, known=[i.said.known for i in loaded]):
                 yield answer
                 done += 1
         except Exception:
             _log.debug("a batch failed, its recordings go one by one", exc_info=True)
         for item in loaded[done:]:
             try:
-                yield next(iter(label_many([item.recording], [item.model], settings)))
+                yield next(label_many([item.recording], [item.model], settings, known=[item.said.known]))
             except Exception as error:
                 yield error
+
+
+def _notes(item: _Loaded, answer: Labelling | Exception) -> tuple[str, ...]:
+    """What is doubtful about the recording, what persons said of it, labels that are known, and how it was turned."""
+    notes = (*item.recording.notes, *item.said.notes)
+    if not isinstance(answer, Labelling):
+        return notes
+    doubt = item.job.form.doubt_of_up(_labelled_points(answer))
+    return (*notes, *answer.stats.get("against", ()), *([doubt] if doubt else []))
+
+
+def _labelled_points(labelling: Labelling) -> Recording:
+    recording = labelling.recording
+    labelled = (labelling.identities != NO_MATCH)[..., None]
+    return dataclasses.replace(recording, points=np.where(labelled, recording.points, np.nan))
 
 
 def _keep(item: _Loaded, labelling: Labelling, out: Path, settings: Settings) -> Outcome:
     """Writes the results of one recording."""
     try:
         figures = figures_of(labelling)
-        write_result(
-            labelling, item.job, out, item.hashes, {"settings": dataclasses.asdict(settings), "figures": figures}
-        )
+        record = {"settings": dataclasses.asdict(settings), "figures": figures, **item.said.record}
+        if written := item.job.form.record(item.recording.source):
+            record["written"] = written
+        write_result(labelling, item.job, out, item.hashes, record)
     except ResultKept as kept:
         return Outcome(item.job, KEPT, str(kept), item.hashes)
     except Exception as error:

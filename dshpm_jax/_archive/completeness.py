@@ -26,6 +26,7 @@ class Lives:
         identity: for each trajectory its marker, or `NO_MATCH`.
         could_be: for each trajectory the markers that it may be, besides its label; `NO_MATCH` beyond.
         outside: for each trajectory whether there is evidence that it is none of the markers whose place is known.
+        none: for each trajectory whether it is known to be no marker.
     """
 
     markers: tuple[str, ...]
@@ -36,6 +37,7 @@ class Lives:
     identity: Int[np.ndarray, " trajectories"]
     could_be: Int[np.ndarray, "trajectories 2"]
     outside: Bool[np.ndarray, " trajectories"]
+    none: Bool[np.ndarray, " trajectories"]
 
     @classmethod
     def of(cls, labelling: Labelling) -> "Lives":
@@ -51,6 +53,7 @@ class Lives:
             labelling.identity,
             none if labelling.could_be is None else labelling.could_be,
             _outside(reasons, labelling.stats),
+            _known(reasons) & (labelling.identity == NO_MATCH),
         )
 
     @classmethod
@@ -69,6 +72,7 @@ class Lives:
             np.array([number[row["label"]] for row in rows], dtype=int),
             np.array([[*some, NO_MATCH, NO_MATCH][:2] for some in others], dtype=int).reshape(-1, 2),
             _outside([row["reason"] for row in rows], sidecar.get("stats", {})),
+            _known([row["reason"] for row in rows]) & np.array([row["label"] is None for row in rows], dtype=bool),
         )
 
 
@@ -85,16 +89,16 @@ def completeness(lives: Lives) -> float:
       as a false point;
     - else, as the paper's methods have no such evidence, any marker.
 
-    A frame has missed no more points than there are markers without one. So a gap is no loss, nor is a frame in which
-    nobody is there, a marker that is not worn, or a false point beside a marker that is labelled. Nothing is complete
-    where nothing is labelled.
+    A point that is known to be no marker was not missed. A frame has missed no more points than there are markers
+    without one. So a gap is no loss, nor is a frame in which nobody is there, a marker that is not worn, or a false
+    point beside a marker that is labelled. Nothing is complete where nothing is labelled.
     """
     labelled = lives.identity != NO_MATCH
     found = int((lives.stop - lives.start)[labelled].sum())
     if not found:
         return 0.0
     missing = ~_seen(lives)
-    frame, which = _points(lives, np.flatnonzero(~labelled))
+    frame, which = _points(lives, np.flatnonzero(~labelled & ~lives.none))
     missed = _may_be(lives, missing, frame, which)
     lost = np.minimum(np.bincount(frame[missed], minlength=lives.frames), missing.sum(1)).sum()
     return math.floor(1e4 * found / (found + int(lost))) / 1e4
@@ -119,6 +123,10 @@ def _outside(reasons: list[str], stats: Mapping[str, Any]) -> Bool[np.ndarray, "
     """Only the full method, which says how well the model fits, has evidence; others call outside what is left."""
     found = np.array([reason in (str(Reason.OUTSIDE), str(Reason.TAKEN)) for reason in reasons], dtype=bool)
     return found & ("model_fit" in stats)
+
+
+def _known(reasons: list[str]) -> Bool[np.ndarray, " trajectories"]:
+    return np.array([reason == str(Reason.KNOWN) for reason in reasons], dtype=bool)
 
 
 def _seen(lives: Lives) -> Bool[np.ndarray, "frames markers"]:

@@ -10,9 +10,11 @@ from pathlib import Path
 from dshpm_jax import io
 from dshpm_jax._geometry import evenly_spaced
 from dshpm_jax._messages import UsageError
+from dshpm_jax.io._form import AS_IT_IS, Form
 
 MODEL_NAME = "model.json"
 SUMMARY_NAME = "summary.csv"  # of a run, in the folder of its results
+FORMATS = C3D, TRC, SAME = "c3d", "trc", "same"  # of results
 
 MOST_BESIDE = 6
 """count; used in `with_those_beside`: recordings of a folder by which the model of its subject is found; by hand: each
@@ -32,6 +34,7 @@ class Job:
         page: whether a page in which it plays is made with the result.
         beside: where it is labelled by a marker set, recordings of the same subject by which their model is found,
             itself included; none where each recording stands for a subject of its own.
+        form: how the result is written, besides its format.
     """
 
     source: Path
@@ -41,19 +44,24 @@ class Job:
     clashes: bool = False
     page: bool = False
     beside: tuple[Path, ...] = ()
+    form: Form = AS_IT_IS
 
     @property
     def sidecar(self) -> Path:
         return self.target.with_name(f"{self.target.stem}.labels.json")
 
 
-def find_jobs(inputs: Sequence[Path], models: Sequence[Path], out: Path, same_format: bool = False) -> list[Job]:
+def find_jobs(
+    inputs: Sequence[Path], models: Sequence[Path], out: Path, kind: str = C3D, form: Form = AS_IT_IS
+) -> list[Job]:
     """Every recording of `inputs`, files or folders (searched recursively), in the order of their names.
 
     A recording shows the subjects of `models`, or else that of the nearest `model.json` in its folder or above, up to
     the input given.
-    Results keep their places relative to the input folder, and are C3D, or what their recording is if `same_format`.
-    `out` itself is not searched.
+    Results keep their places relative to the input folder. `out` itself is not searched.
+
+    Arguments:
+        kind: the format of results: `C3D`, `TRC`, or `SAME` for that of each recording.
     """
     if out.exists() and not out.is_dir():
         raise UsageError(f"{out}: is a file; give a folder for the results")
@@ -62,8 +70,7 @@ def find_jobs(inputs: Sequence[Path], models: Sequence[Path], out: Path, same_fo
             raise UsageError(f"{out}: is an input; give another folder for the results, inside it if you like")
     subjects(models)
     jobs = [job for given in inputs for job in _jobs_of(given, tuple(models), out)]
-    if same_format:
-        jobs = [dataclasses.replace(job, target=job.target.with_suffix(job.source.suffix)) for job in jobs]
+    jobs = [_in_form(job, kind, form) for job in jobs]
     own = _once_each(jobs)
     jobs, originals = _without_clashes(list(own.values())), own.keys()
     for place in (*(job.target for job in jobs), SUMMARY_NAME):
@@ -90,6 +97,17 @@ def with_those_beside(jobs: Sequence[Job]) -> list[Job]:
 
 def _subject_of(job: Job) -> tuple:
     return job.models, job.source.parent, job.target.parent
+
+
+def _in_form(job: Job, kind: str, form: Form) -> Job:
+    """The job with its result in a format, and a problem where nobody can write it so."""
+    if job.target.suffix != f".{C3D}":  # it stands for a folder
+        return job
+    suffix = job.source.suffix if kind == SAME else f".{kind}"
+    problem = ""
+    if form.changes_points and suffix.lower() not in (f".{C3D}", f".{TRC}"):
+        problem = f"axes and units are changed in C3D and TRC alone; give --format {TRC}"
+    return dataclasses.replace(job, target=job.target.with_suffix(suffix), form=form, problem=job.problem or problem)
 
 
 def _beside_the_summary(job: Job) -> Job:

@@ -76,7 +76,9 @@ class Manifest:
         while True:
             shards = _contents(_shards(self._out))
             found = {**known_rows(self._out), **self._mine}
-            current = _without_resolved({key: row for key, row in found.items() if self._stands_for_something(row)})
+            current = _without_resolved(
+                {key: row for key, row in found.items() if self._stands_for_something(row)}, self._out
+            )
             self.rows = {key: current[key] for key in sorted(current)}
             _write(manifest, self.rows)
             write_whole(self._out / SUMMARY_NAME, [_summary(self.rows)])
@@ -94,19 +96,25 @@ def known_rows(out: Path) -> dict[str, Row]:
     return _newest([out / MANIFEST_NAME, *_shards(out)])
 
 
-def _without_resolved(rows: Mapping[str, Row]) -> dict[str, Row]:
-    """The rows without those of troubles that are over.
+def _without_resolved(rows: Mapping[str, Row], out: Path) -> dict[str, Row]:
+    """The rows without those of troubles that are over, and of results that are no more.
 
-    A recording whose result was that of another has one of its own since then, or a folder that could not be searched,
-    or held nothing, has recordings with a row.
+    A recording whose result was that of another has one of its own since then, or one in another format; or a folder
+    that could not be searched, or held nothing, has recordings with a row.
     """
-    newest = {row["input"]: row["finished"] for row in rows.values() if row["output"]}
+    newest: dict[str, str] = {}
+    for row in rows.values():
+        if row["output"]:
+            newest[row["input"]] = max(row["finished"], newest.get(row["input"], ""))
 
     def is_resolved(row: Row) -> bool:
         source = row["input"]
         if row["outcome"] == FAILED and os.path.isdir(source):
             return os.access(source, os.R_OK | os.X_OK) and any(path.startswith(source + os.sep) for path in newest)
-        return not row["output"] and newest.get(source, "") >= row["finished"]
+        later = newest.get(source, "")
+        if row["output"]:
+            return later > row["finished"] and not os.path.exists(out / row["output"])
+        return later >= row["finished"]
 
     return {key: row for key, row in rows.items() if not is_resolved(row)}
 

@@ -29,17 +29,22 @@ def member_of(job: Job, markers: MarkerSet, set_hash: str, out: Path, settings: 
         OSError: the model cannot be written.
     """
     place = out / job.target.with_name(MODEL_NAME)
-    if place.exists():
-        made = io.made_from(place)
-        if made is None:
-            raise io.ReadError(place, "is there and none that 'label' wrote", "move it away, or label without a set")
-        if made.get(SET) == set_hash:
-            return Member(markers, io.read_model(place))
+    if (found := own_model_of(job, set_hash, out)) is not None:
+        return Member(markers, found)
+    if place.exists() and io.made_from(place) is None:
+        raise io.ReadError(place, "is there and none that 'label' wrote", "move it away, or label without a set")
     model = _found(job.beside, markers, settings)
     place.parent.mkdir(parents=True, exist_ok=True)
     about = {"by": f"dshpm-jax {version('dshpm-jax')}", SET: set_hash, "subjects": markers.subjects}
     io.write_model(model, place, about | {"recordings": model.sources})
     return Member(markers, io.read_model(place))  # as it is read the next time, rounded
+
+
+def own_model_of(job: Job, set_hash: str, out: Path) -> SubjectModel | None:
+    """The model that lies beside the result of a job, if it was found by the set of this hash."""
+    place = out / job.target.with_name(MODEL_NAME)
+    made = io.made_from(place)
+    return io.read_model(place) if made is not None and made.get(SET) == set_hash else None
 
 
 def forget_own_models(jobs: Iterable[Job], out: Path) -> None:

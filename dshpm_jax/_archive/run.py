@@ -12,7 +12,7 @@ from dshpm_jax._archive.manifest import Manifest, Row
 from dshpm_jax._archive.outcomes import Outcome
 from dshpm_jax._archive.own_models import forget_own_models
 from dshpm_jax._archive.result_status import Due, ResultStatus
-from dshpm_jax._archive.results import remove_unfinished
+from dshpm_jax._archive.results import make_missing_page, remove_unfinished
 from dshpm_jax._messages import UsageError
 from dshpm_jax._settings import Settings
 from dshpm_jax.io import WriteError
@@ -90,6 +90,8 @@ def label_archive(jobs: Sequence[Job], order: Order, executor: Executor = label_
     try:
         for outcome in executor(_steps(jobs, order, manifest.rows), order):
             manifest.add(outcome)
+            if outcome.was_there:
+                make_missing_page(outcome.job, order.out)
             yield outcome
     finally:
         _close(manifest, order.out)

@@ -7,7 +7,7 @@ what they ask and gives the exit status. Examples are in `examples.py`. Nothing 
 
 from types import ModuleType
 
-from dshpm_jax._commands import check, demo, experiment, label, model, models, reconstruct, view
+from dshpm_jax._commands import check, demo, experiment, label, model, models, reconstruct, review, view
 
 COMMANDS: dict[str, ModuleType] = {
     "demo": demo,
@@ -16,6 +16,7 @@ COMMANDS: dict[str, ModuleType] = {
     "label": label,
     "check": check,
     "view": view,
+    "review": review,
     "experiment": experiment,
     "reconstruct": reconstruct,
 }

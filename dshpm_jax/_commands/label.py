@@ -9,12 +9,13 @@ from functools import partial
 from pathlib import Path
 
 from dshpm_jax._archive.dispatcher import label_on
-from dshpm_jax._archive.jobs import Job, find_jobs, in_shard
+from dshpm_jax._archive.jobs import FORMATS, Job, find_jobs, in_shard
 from dshpm_jax._archive.manifest import known_rows
 from dshpm_jax._archive.progress import TICK_SECONDS, Progress, every, log_to
 from dshpm_jax._archive.result_status import Due
 from dshpm_jax._archive.run import Executor, Order, label_archive, label_here, what_is_due
 from dshpm_jax._archive.workers import local_workers, workers_of
+from dshpm_jax._commands.forms import add_form, form_of
 from dshpm_jax._commands.pages import add_open, open_page
 from dshpm_jax._commands.statuses import FAILURES, OK
 from dshpm_jax._compile_cache import cache_folder
@@ -42,9 +43,7 @@ def add_options(label: argparse.ArgumentParser) -> None:
         metavar="MODEL",
         help="once for each subject, or a marker set; otherwise the nearest model.json of each file",
     )
-    label.add_argument(
-        "--format", choices=("c3d", "same"), default="c3d", help="of the results: C3D, or that of each recording"
-    )
+    add_form(label.add_argument_group("how results are written"), FORMATS)
     _add_how(label.add_argument_group("how to label"))
     _add_run(label.add_argument_group("the run"))
 
@@ -73,6 +72,18 @@ def _add_how(how: argparse._ArgumentGroup) -> None:
         metavar="X",
         help="a file counts as partly labelled if less of its markers' points have a label (default: 0.5)",
     )
+    how.add_argument(
+        "--keep-labels",
+        action="store_true",
+        default=None,
+        help="names that the file has are right: keep them, and label the rest around them",
+    )
+    how.add_argument(
+        "--frames",
+        type=_frames,
+        metavar="A:B",
+        help="with --keep-labels: they are right in frames A to B, as the file numbers them",
+    )
     add_reading(how)
 
 
@@ -98,9 +109,10 @@ def run(arguments: argparse.Namespace) -> int:
             raise UsageError(f"{model}: there is no such model; make one with 'dshpm-jax model'")
     if arguments.shard and (arguments.scheduler or arguments.scheduler_file):
         raise UsageError("--shard: the workers of a scheduler share out all files themselves; leave one of them out")
+    form = form_of(arguments)
     if not arguments.dry_run:
         say(f"looking for recordings in {_listed(arguments.inputs)}")
-    jobs = find_jobs(arguments.inputs, arguments.model, arguments.out, arguments.format == "same")
+    jobs = find_jobs(arguments.inputs, arguments.model, arguments.out, arguments.format, form)
     jobs = [dataclasses.replace(job, page=not arguments.no_pages) for job in jobs]
     if arguments.apart:
         jobs = [dataclasses.replace(job, beside=()) for job in jobs]
@@ -181,6 +193,8 @@ def _settings(arguments: argparse.Namespace) -> Settings:
         "unlabelled": arguments.unlabelled or None,
         "drop": arguments.drop or None,
         "frozen_gaps": False if arguments.keep_frozen else None,
+        "keep_labels": arguments.keep_labels,
+        "keep_frames": arguments.frames,
     }
     try:
         settings = Settings.from_toml(arguments.settings) if arguments.settings else Settings()
@@ -196,6 +210,13 @@ def _count(text: str) -> int:
     if not text.isdecimal() or not int(text):
         raise argparse.ArgumentTypeError(f"'{text}' is no number of processes, such as 2")
     return int(text)
+
+
+def _frames(text: str) -> tuple[int, int]:
+    found = re.fullmatch(r"(\d+):(\d+)", text)
+    if not found or int(found[2]) < int(found[1]):
+        raise argparse.ArgumentTypeError(f"'{text}' is no range of frames such as 1:100")
+    return int(found[1]), int(found[2])
 
 
 def _shard(text: str) -> tuple[int, int]:

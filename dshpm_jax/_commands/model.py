@@ -26,6 +26,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("recordings", nargs="*", type=Path, metavar="RECORDING", help=about)
     about = "make a marker set for subjects of whom nothing is labelled: a folder of labelled recordings of each other"
     parser.add_argument("--subjects", nargs="+", type=Path, metavar="FOLDER", help=about)
+    about = "results of 'label' to learn from besides: those that a person confirmed, and of others what is sure"
+    parser.add_argument("--from", dest="results", type=Path, metavar="FOLDER", help=about)
+    about = "with --from: only what a person confirmed"
+    parser.add_argument("--confirmed", action="store_true", help=about)
     about = "the model's file (JSON)"
     parser.add_argument("-o", "--output", dest="out", type=Path, required=True, metavar="MODEL", help=about)
     parser.add_argument("--markers", type=Path, metavar="XML", help="OpenSim's marker set beside an .osim file")
@@ -48,10 +52,12 @@ def run(arguments: argparse.Namespace) -> int:
         raise UsageError(f"{arguments.out}: is there and no marker model, not overwritten; give another file")
     if arguments.subjects:
         return _run_set(arguments)
-    if not arguments.recordings:
+    if not (arguments.recordings or arguments.results):
         raise UsageError("give labelled recordings, a folder of them or a subject file; or --subjects and folders")
     _check_sources(arguments)
     given, out = arguments.recordings, arguments.out
+    if arguments.results:
+        return _learnt(arguments)
     if not given[0].is_dir():
         return OK if written(lambda: _made_model(arguments), given, out) else FAILURES
     recordings = chosen_in(given[0], arguments)
@@ -61,10 +67,30 @@ def run(arguments: argparse.Namespace) -> int:
     return OK if written(lambda: model_of(recordings, arguments), given, out) else FAILURES
 
 
+def _learnt(arguments: argparse.Namespace) -> int:
+    """A model of results, and of recordings that are given besides."""
+    from dshpm_jax._archive.learning import lessons
+
+    found = lessons(arguments.results, arguments.confirmed)
+    for lesson in found:
+        say(lesson)
+    learnt = [lesson.recording for lesson in found if lesson.recording is not None]
+    if not learnt:
+        complain(f"{arguments.results}: none of its results can be used; confirm some in 'review', or label them again")
+        return FAILURES
+
+    def make() -> SubjectModel:
+        return model_of(
+            [*(_read_labelled(path, reading(arguments)) for path in arguments.recordings), *learnt], arguments
+        )
+
+    return OK if written(make, [*arguments.recordings, arguments.results], arguments.out) else FAILURES
+
+
 def _run_set(arguments: argparse.Namespace) -> int:
     """Makes a marker set of the subjects' folders and gives the exit status."""
     folders, out = arguments.subjects, arguments.out
-    if arguments.recordings or arguments.markers or arguments.segments or arguments.template:
+    if arguments.recordings or arguments.results or arguments.markers or arguments.segments or arguments.template:
         raise UsageError("--subjects: takes folders alone; leave recordings and the other options of a model out")
     for folder in folders:
         if not folder.is_dir():
@@ -156,15 +182,19 @@ def chosen_in(folder: Path, arguments: argparse.Namespace) -> list[Recording]:
 
 def _check_sources(arguments: argparse.Namespace) -> None:
     given = arguments.recordings
+    if not given and not arguments.results:
+        raise UsageError("no recording is given; give labelled recordings, a folder of them, or --from results")
+    if arguments.confirmed and not arguments.results:
+        raise UsageError("--confirmed: says which results of --from count; give --from too")
     files = [path for path in given if path.suffix.lower() in io.SUBJECT_FILES]
-    if files and len(given) > 1:
+    if files and (len(given) > 1 or arguments.results):
         raise UsageError(f"{files[0]}: a subject file makes a model alone; give it or recordings, not both")
     if arguments.markers and not files:
         raise UsageError(f"{arguments.markers}: a file of markers goes with an .osim file; leave out --markers")
     if files and (arguments.segments or arguments.template):
         raise UsageError(f"{files[0]}: a subject file says what its segments are; leave out --segments and --template")
     folders = [path for path in given if path.is_dir()]
-    if folders and len(given) > 1:
+    if folders and (len(given) > 1 or arguments.results):
         raise UsageError(f"{folders[0]}: a folder makes a model alone; give it or recordings, not both")
 
 

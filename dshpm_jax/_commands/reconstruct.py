@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dshpm_jax import io
+from dshpm_jax._archive.jobs import C3D, TRC
+from dshpm_jax._commands.forms import add_form, form_of
 from dshpm_jax._commands.statuses import FAILURES, OK
 from dshpm_jax._compile_cache import cache_programs
 from dshpm_jax._console import add_reading, complain, say
@@ -29,9 +31,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", "--output", dest="out", type=Path, required=True, metavar="OUT", help="folder for the results"
     )
-    parser.add_argument("--fill", action="store_true", help="fill the gaps of markers too, and write them as C3D")
+    parser.add_argument("--fill", action="store_true", help="fill the gaps of markers too, and write the points")
     parser.add_argument("--max-gap", type=float, metavar="SECONDS", help="leave longer gaps open (default: none)")
     parser.add_argument("--force", action="store_true", help="overwrite earlier results")
+    add_form(parser.add_argument_group("how filled points are written"), (C3D, TRC))
     add_reading(parser)
 
 
@@ -41,6 +44,9 @@ def run(arguments: argparse.Namespace) -> int:
         raise UsageError(f"{arguments.model}: there is no such model; make one with 'dshpm-jax model'")
     if arguments.out.exists() and not arguments.out.is_dir():
         raise UsageError(f"{arguments.out}: is a file; give a folder for the results")
+    form = form_of(arguments)
+    if not arguments.fill and (form.changes_points or arguments.format != C3D):
+        raise UsageError("--format, --up, --axes and --unit are of filled points; add --fill, or leave them out")
     if len({path.stem for path in arguments.recordings}) < len(arguments.recordings):
         raise UsageError("two recordings have the same name, and so would their results; give each its own OUT")
     cache_programs()
@@ -62,7 +68,7 @@ def _reconstruct(path: Path, model: SubjectModel, arguments: argparse.Namespace)
     from dshpm_jax._reconstruction import reconstruct, write_motion
 
     motion_file = arguments.out / f"{path.stem}.motion.npz"
-    filled_file = arguments.out / f"{path.stem}.filled.c3d"
+    filled_file = arguments.out / f"{path.stem}.filled.{arguments.format}"
     try:
         for result in (motion_file, filled_file) if arguments.fill else (motion_file,):
             if result.exists() and not arguments.force:
@@ -71,7 +77,7 @@ def _reconstruct(path: Path, model: SubjectModel, arguments: argparse.Namespace)
         filled = motion.filled(arguments.max_gap) if arguments.fill else None
         write_motion(motion, motion_file, filled)
         if filled is not None:
-            io.write_filled(*filled, filled_file)
+            io.write_filled(*filled, filled_file, form_of(arguments))
     except (io.ReadError, io.WriteError) as error:
         trouble = str(error)
     except ValueError as error:

@@ -3,9 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
+from dshpm_jax._control.fixed_labels import FixedLabels
 from dshpm_jax._control.full.confidence import finalise
+from dshpm_jax._control.full.objective import Solution
 from dshpm_jax._control.full.search import solve
 from dshpm_jax._control.paper.dynamic import identify, key_frame
 from dshpm_jax._control.paper.propagation import propagate
@@ -34,6 +36,7 @@ class Answer:
         could_be: what else each could be; None if the method does not know.
         model_fit: the evidence that the labels hold against what right ones do; None if the method does not know.
         fits: rigid fits that it all took (section 5.2.3).
+        against: which labels are given although the evidence is against them; none if the method knows no evidence.
     """
 
     model: SubjectModel
@@ -44,17 +47,27 @@ class Answer:
     could_be: Int[np.ndarray, "trajectories 2"] | None
     model_fit: float | None
     fits: int
+    against: Bool[np.ndarray, " trajectories"]
 
 
 def label_control(
-    trajectories: Trajectories, model: SubjectModel | MarkerSet | Member, settings: Settings, tuning: Tuning = TUNING
+    trajectories: Trajectories,
+    model: SubjectModel | MarkerSet | Member,
+    settings: Settings,
+    tuning: Tuning = TUNING,
+    fixed: FixedLabels | None = None,
 ) -> Control[Answer]:
-    """The control for one recording."""
+    """The control for one recording.
+
+    Arguments:
+        fixed: the labels that are given, if any are.
+    """
+    fixed = fixed or FixedLabels.none(trajectories)
     if isinstance(model, MarkerSet | Member):
-        return (yield from _unseen(trajectories, model, settings, tuning))
+        return (yield from _unseen(trajectories, model, settings, tuning, fixed))
     if settings.rescale:
         model = yield from rescaled(trajectories, model, settings, tuning)
-    problem = LabellingProblem(trajectories, model, settings, tuning)
+    problem = LabellingProblem(trajectories, model, settings, tuning, fixed=fixed)
     if settings.method == "full":
         return (yield from _full(problem))
     known = yield from (_static if settings.method == "static" else _dynamic)(problem)
@@ -62,23 +75,27 @@ def label_control(
 
 
 def _full(problem: LabellingProblem) -> Control[Answer]:
-    problem, solution = yield from solve(problem)
-    final = finalise(problem, solution)
+    return (yield from final_answer(*(yield from solve(problem))))
+
+
+def final_answer(problem: LabellingProblem, solution: Solution) -> Control[Answer]:
+    """A solution of the full method as it is given out."""
+    final = yield from finalise(problem, solution)
     fits: int = yield CountFits()
     labels = final.identity, final.confidence, final.reason, final.could_be, final.model_fit
-    return Answer(problem.model, problem.trajectories, *labels, fits)
+    return Answer(problem.model, problem.trajectories, *labels, fits, final.against)
 
 
 def _unseen(
-    trajectories: Trajectories, subject: MarkerSet | Member, settings: Settings, tuning: Tuning
+    trajectories: Trajectories, subject: MarkerSet | Member, settings: Settings, tuning: Tuning, fixed: FixedLabels
 ) -> Control[Answer]:
     """A subject of whom nothing is labelled."""
     check_for_sets(settings)
-    found = yield from label_unseen(trajectories, subject, settings, tuning)
+    found = yield from label_unseen(trajectories, subject, settings, tuning, fixed)
     final = found.final
     fits: int = yield CountFits()
     labels = final.identity, final.confidence, final.reason, final.could_be, final.model_fit
-    return Answer(found.problem.model, found.problem.trajectories, *labels, fits)
+    return Answer(found.problem.model, found.problem.trajectories, *labels, fits, final.against)
 
 
 def check_for_sets(settings: Settings) -> None:
@@ -111,8 +128,9 @@ def _static(problem: LabellingProblem) -> Control[PartialLabels]:
 
 def _single_frame(problem: LabellingProblem, frame: int) -> Control[tuple[np.ndarray, PartialLabels]]:
     here, alone = problem.trajectories.single(frame)
-    known = yield from identify(problem.of(alone), 0)
-    return here[alone.column[0, alone.slot]], known
+    source = here[alone.column[0, alone.slot]]
+    known = yield from identify(problem.of(alone, source), 0)
+    return source, known
 
 
 def _answer(problem: LabellingProblem, known: PartialLabels) -> Control[Answer]:
@@ -120,7 +138,8 @@ def _answer(problem: LabellingProblem, known: PartialLabels) -> Control[Answer]:
     named = known.identity != NO_MATCH
     lost = Reason.OUTSIDE if known.found.all() else Reason.ABANDONED
     given = [Reason.RECRUITED if recruited else Reason.MATCHED for recruited in known.recruited]
-    reason = tuple(g if n else lost for g, n in zip(given, named))
+    reason = (g if n else lost for g, n in zip(given, named))
+    reason = tuple(Reason.KNOWN if fixed else other for fixed, other in zip(known.given, reason))
     fits: int = yield CountFits()
-    labels = known.identity, named.astype(float), reason
-    return Answer(problem.model, problem.trajectories, *labels, None, None, fits)
+    labels = known.identity, np.where(known.given, 1.0, named), reason
+    return Answer(problem.model, problem.trajectories, *labels, None, None, fits, np.zeros(len(named), bool))

@@ -18,29 +18,41 @@ class PartialLabels:
         identity: the marker of each trajectory, `NO_MATCH` where unknown.
         found: which segments are identified.
         recruited: which trajectories got their identity from a predicted place, not from a match.
+        given: whose identity is given, and stays.
     """
 
     identity: Int[np.ndarray, " trajectories"]
     found: Bool[np.ndarray, " segments"]
     recruited: Bool[np.ndarray, " trajectories"]
+    given: Bool[np.ndarray, " trajectories"]
 
     @classmethod
     def nothing(cls, problem: LabellingProblem) -> "PartialLabels":
+        """No labels but those that are given."""
         return cls.of(problem, np.full(len(problem.trajectories), NO_MATCH, dtype=np.int32))
 
     @classmethod
     def of(
         cls, problem: LabellingProblem, identity: Int[np.ndarray, " trajectories"], found: bool = False
     ) -> "PartialLabels":
-        """These identities, with all segments or none of them taken for identified."""
-        return cls(identity.copy(), np.full(len(problem.model.segments), found), np.zeros(len(identity), bool))
+        """These identities around those that are given, with all segments or none of them taken for identified."""
+        segments, recruited = np.full(len(problem.model.segments), found), np.zeros(len(identity), bool)
+        return cls(problem.fixed.on(identity.copy()), segments, recruited, problem.fixed.given)
 
     def copy(self) -> "PartialLabels":
-        return PartialLabels(self.identity.copy(), self.found.copy(), self.recruited.copy())
+        return PartialLabels(self.identity.copy(), self.found.copy(), self.recruited.copy(), self.given)
 
     def restore(self, earlier: "PartialLabels") -> None:
         """Back to `earlier`."""
         self.identity[:], self.found[:], self.recruited[:] = earlier.identity, earlier.found, earlier.recruited
+
+    def forget(self, which: Bool[np.ndarray, " trajectories"]) -> None:
+        """Takes the identities of some trajectories away."""
+        self.identity[which & ~self.given] = NO_MATCH
+
+    def unclaimed(self, which: Int[np.ndarray, " some"]) -> Bool[np.ndarray, " some"]:
+        """Which of some trajectories may still become any marker."""
+        return (self.identity[which] == NO_MATCH) & ~self.given[which]
 
     def recruit(self, trajectory: int, marker: int) -> None:
         """Gives a trajectory the identity of the marker near whose predicted place it is."""

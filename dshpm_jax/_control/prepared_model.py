@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from itertools import combinations
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -107,6 +108,12 @@ class PreparedModel:
         sets += [t.markers for t in self.targets if len(t.markers) <= self.tuning.max_symmetric_markers]
         distinct = {tuple(sorted(one.tolist())) for one in sets if len(one) > 1}
         return [np.array(one) for one in sorted(distinct)]
+
+    @cached_property
+    def near_pairs(self) -> Int[np.ndarray, "pairs 2"]:
+        """Every two markers that share a cluster, ascending."""
+        pairs = {pair for cluster in self.clusters for pair in combinations(cluster.tolist(), 2)}
+        return np.array(sorted(pairs), dtype=int).reshape(-1, 2)
 
     @cached_property
     def side_permutations(self) -> list[Int[np.ndarray, " markers"]]:

@@ -1,12 +1,16 @@
 """What is to be labelled, and what is found of it once for all controls that work on it."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from dshpm_jax._control.fixed_labels import FixedLabels
+from dshpm_jax._control.pair_sums import PairSums
 from dshpm_jax._control.prepared_model import PreparedModel, prepared
 from dshpm_jax._control.tuning import TUNING, Tuning
+from dshpm_jax._geometry import evenly_spaced
 from dshpm_jax._model import SubjectModel
 from dshpm_jax._requests import Control, Segmentation, Target
 from dshpm_jax._settings import Settings
@@ -34,6 +38,7 @@ class LabellingProblem:
 
     Attributes:
         prepared: what follows from model, settings and tuning; shared with other recordings by default.
+        fixed: labels that are given and that nothing overrules; none by default.
         relaxation: the motion relaxation interval in frames.
     """
 
@@ -42,21 +47,24 @@ class LabellingProblem:
     settings: Settings
     tuning: Tuning = TUNING
     prepared: PreparedModel = None  # type: ignore[assignment]
+    fixed: FixedLabels = None  # type: ignore[assignment]
     relaxation: int = field(init=False)
     _key_frames: _KeyFrames = field(init=False, default_factory=_KeyFrames)
 
     def __post_init__(self):
         self.relaxation = max(1, round(self.settings.relaxation_seconds * self.trajectories.rate))
         self.prepared = self.prepared or prepared(self.model, self.settings, self.tuning)
+        self.fixed = self.fixed or FixedLabels.none(self.trajectories)
 
-    def of(self, trajectories: Trajectories) -> "LabellingProblem":
-        """The same model and numbers for other trajectories."""
-        return LabellingProblem(trajectories, self.model, self.settings, self.tuning, self.prepared)
+    def of(self, trajectories: Trajectories, source: Int[np.ndarray, " trajectories"]) -> "LabellingProblem":
+        """The same model, numbers and given labels for other trajectories, of which `source` each was a part."""
+        fixed = FixedLabels.of(trajectories, self.fixed.identity[source], self.model.num_markers)
+        return LabellingProblem(trajectories, self.model, self.settings, self.tuning, self.prepared, fixed)
 
     def loosened(self, factor: float) -> "LabellingProblem":
         """The same problem with all tolerances multiplied; it shares what does not depend on them."""
         looser = LabellingProblem(
-            self.trajectories, self.model, self.settings, self.tuning, self.prepared.loosened(factor)
+            self.trajectories, self.model, self.settings, self.tuning, self.prepared.loosened(factor), self.fixed
         )
         looser._key_frames = self._key_frames
         return looser
@@ -65,6 +73,12 @@ class LabellingProblem:
     def targets(self) -> list[Target]:
         """The segments as the matcher sees them."""
         return self.prepared.targets
+
+    @cached_property
+    def pair_sums(self) -> PairSums:
+        """The distances between all trajectories, over frames evenly spaced."""
+        frames = evenly_spaced(self.trajectories.num_frames, self.tuning.max_samples, rounded=True)
+        return PairSums.of(self.trajectories, frames)
 
     @property
     def last_frame(self) -> int:

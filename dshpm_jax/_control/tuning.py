@@ -180,6 +180,13 @@ class Tuning:
         evidence="by hand",
         group="objective",
     )
+    whole_body_weight: float = number(
+        2.0,
+        unit="pairs",
+        used="whole_body: what the mean distances of a marker to all others lose together counts as that of this many",
+        evidence="by hand",
+        group="objective",
+    )
     min_usual_gain: float = number(
         1.0,
         unit="nats",
@@ -418,6 +425,21 @@ class Tuning:
         group="permutations",
     )
 
+    max_near_loss: float = number(
+        2.0,
+        unit="nats a frame",
+        used="near_swaps: if mean distances say more against a swap of two near labels, it is not tried",
+        evidence="by hand",
+        group="permutations",
+    )
+    max_near_swaps: int = number(
+        40,
+        unit="swaps",
+        used="near_swaps: swaps of near labels that are tried at once",
+        evidence="by hand: cost",
+        group="permutations",
+    )
+
     # Side swaps
 
     max_side_rounds: int = number(
@@ -569,23 +591,45 @@ class Tuning:
     # Confidence
 
     confidence_base: float = number(
-        0.6,
+        -3.87,
         unit="log odds",
         used="confidence: that a label is right which has one second without evidence",
-        evidence="fitted: logistic regression on the dev cases, before bench/calibrate.py was there",
+        evidence="fitted: logistic regression on 280 labellings of the dev cases under seven conditions, before near "
+        "labels were exchanged; bench/calibrate.py does it anew and says how far these hold on each data set left out",
         group="confidence",
     )
     confidence_per_nat: float = number(
-        0.75,
+        0.26,
         unit="log odds a nat",
         used="confidence: for each nat of mean evidence",
         evidence="fitted: as confidence_base",
         group="confidence",
     )
     confidence_per_decade: float = number(
-        1.45,
+        0.65,
         unit="log odds",
         used="confidence: for a life ten times as long",
+        evidence="fitted: as confidence_base",
+        group="confidence",
+    )
+    confidence_per_own_nat: float = number(
+        0.37,
+        unit="log odds a nat",
+        used="confidence: for each nat that the recording's own distances say",
+        evidence="fitted: as confidence_base",
+        group="confidence",
+    )
+    confidence_per_margin_nat: float = number(
+        0.17,
+        unit="log odds a nat",
+        used="confidence: for each nat by which they say more than of the best rival",
+        evidence="fitted: as confidence_base",
+        group="confidence",
+    )
+    confidence_per_swap_nat: float = number(
+        1.67,
+        unit="log odds a nat a frame",
+        used="confidence: for each nat a frame that the cheapest swap with a near label costs",
         evidence="fitted: as confidence_base",
         group="confidence",
     )
@@ -601,6 +645,48 @@ class Tuning:
         unit="nats",
         used="confidence: mean evidence counts as no less and no more",
         evidence="by hand",
+        group="confidence",
+    )
+    confidence_own_llr: tuple[float, float] = number(
+        (-6.0, 14.0),
+        unit="nats",
+        used="confidence: the evidence of own distances counts as no less and no more",
+        evidence="by hand",
+        group="confidence",
+    )
+    confidence_margin: tuple[float, float] = number(
+        (-3.0, 5.0),
+        unit="nats",
+        used="confidence: a margin to the best rival counts as no less and no more",
+        evidence="by hand: 3 and 10 as upper bound sort right labels from wrong ones as well",
+        group="confidence",
+    )
+    confidence_swap_loss: tuple[float, float] = number(
+        (0.0, 1.5),
+        unit="nats a frame",
+        used="confidence: the cheapest swap with a near label counts as no cheaper and no dearer",
+        evidence="by hand",
+        group="confidence",
+    )
+    rivals_tried: int = number(
+        4,
+        unit="labels",
+        used="own_distances: other labels that a trajectory might have, the best by its evidence",
+        evidence="by hand: cost",
+        group="confidence",
+    )
+    model_frames: float = number(
+        4.0,
+        unit="sampled frames",
+        used="own_distances: as many frames of the recording weigh as much as the model's spread of a distance",
+        evidence="by hand: 1 to 12 sort right labels from wrong ones as well",
+        group="confidence",
+    )
+    own_noise_mm: float = number(
+        2.0,
+        unit="mm",
+        used="own_distances: least deviation of a distance within a recording",
+        evidence="by hand: 2 to 5 sort right labels from wrong ones nearly as well",
         group="confidence",
     )
     rescaled_share: float = number(
@@ -624,6 +710,13 @@ class Tuning:
         unit="share",
         used="confidence: highest confidence where the model is doubtful",
         evidence="fitted: share right in 17 labellings with a doubtful model",
+        group="confidence",
+    )
+    known_doubt_llr: float = number(
+        -2.0,
+        unit="nats",
+        used="confidence: if a label that is given has less evidence than this, that is said",
+        evidence="by hand: all of 30 labels given at random are below it, none of 30 right ones",
         group="confidence",
     )
     near_tie_llr: float = number(

@@ -11,13 +11,18 @@ class Member:
     """A subject of a marker set.
 
     Attributes:
-        markers: what is known of all who wear it.
+        marker_set: what is known of all who wear it.
         model: what was found of this subject, as `find_subject` gives it; its markers are those of the set.
     """
 
-    markers: MarkerSet
+    marker_set: MarkerSet
     model: SubjectModel
 
     def __post_init__(self):
-        if self.model.markers != self.markers.markers:
+        if self.model.markers != self.marker_set.markers:
             raise ValueError("the subject's model has other markers than the marker set; find the subject anew")
+
+    @property
+    def markers(self) -> tuple[str, ...]:
+        """Names of the markers."""
+        return self.model.markers

@@ -395,8 +395,8 @@ class SetTuning:
         -0.2,
         unit="log odds",
         used="confidence: a label is right with log odds of this, and `clear_per_nat` for each nat of its margin",
-        evidence="by hand: of 822 labels of three sets, of those with margins under 6 half were wrong, of those from 16 "
-        "on one in a hundred; not fitted on sets left out yet",
+        evidence="by hand: of 822 labels of three sets, of those with margins under 6 half were wrong, of those "
+        "from 16 on one in a hundred; not fitted on sets left out yet",
         group="confidence",
     )
     clear_per_nat: float = number(

@@ -1,8 +1,10 @@
 """Recordings whose labels the model of the other recordings contradicts."""
 
-from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from dshpm_jax import io
 from dshpm_jax._model import SubjectModel
@@ -17,8 +19,8 @@ FOLDS = 5
 hand: a model for each of fifty recordings would take an hour."""
 
 FEWEST = 3
-"""count; used in `find_wrong_labels`: among fewer recordings nobody tells which one is wrong; a recording is left out
-only where at least two others agree."""
+"""count; used in `find_wrong_labels`: among fewer recordings nobody tells which one is wrong, unless one also
+contradicts the rest of itself; otherwise a recording is left out only where at least two others agree."""
 
 SHORT = TUNING.trimmed_share
 """share; used in `_wrong`: a label that is wrong in no more of the frames harms no model, whose distances are trimmed
@@ -52,8 +54,34 @@ def find_wrong_labels(recordings: Sequence[Recording]) -> Verdict:
         verdict.kept.remove(worst)
         verdict.wrong[worst] = _why(recordings[worst], suspects.pop(worst))
         suspects = _suspects(recordings, suspects, verdict.kept)
+    if suspects and len(verdict.kept) > 1 and (wrong := _judged_by_what_agrees(recordings, verdict.kept, suspects)):
+        k, findings = wrong
+        verdict.kept.remove(k)
+        verdict.wrong[k] = _why(recordings[k], findings)
+        suspects = {}
     verdict.undecided = {k: _why(recordings[k], findings) for k, findings in suspects.items()}
     return verdict
+
+
+def _judged_by_what_agrees(
+    recordings: Sequence[Recording], kept: Sequence[int], suspects: Mapping[int, Sequence["Finding"]]
+) -> tuple[int, list["Finding"]] | None:
+    """The one of two recordings that is still contradicted by the model of what they do not contradict each other in.
+
+    A label that is wrong for a while contradicts the other recording and the rest of its own; that is a majority.
+    """
+    agreed = [_without(recordings[k], suspects.get(k, ())) for k in kept]
+    audits = zip(kept, _audits([recordings[k] for k in kept], agreed))
+    still = {k: findings for k, findings in audits if findings}
+    return next(iter(still.items())) if len(still) == 1 else None
+
+
+def _without(recording: Recording, findings: Sequence["Finding"]) -> Recording:
+    """The recording without the points that findings are about."""
+    points = np.array(recording.points)
+    for finding in findings:
+        points[finding.first : finding.last + 1, finding.column] = np.nan
+    return replace(recording, points=points)
 
 
 def _suspects(

@@ -68,17 +68,22 @@ def fill(recording: Recording, model: SubjectModel, poses: SegmentPoses, max_sec
         if seen[:, column].any():
             for start, stop in runs(~seen[:, column]):
                 if stop - start <= longest:
-                    path = _path(model, measured, poses, recording.rate, marker, start, stop)
+                    path = path_through(model, measured, poses, recording.rate, marker, start, stop)
                     points[start:stop, column] = path
     there = is_seen(points)
     return Filled(replace(recording, points=points), np.asarray(there & ~seen))
 
 
-def _path(
+def context_frames(rate: float) -> int:
+    """Frames before and after a gap that tell how fast a marker moved there."""
+    return max(MIN_CONTEXT, round(CONTEXT_SECONDS * rate))
+
+
+def path_through(
     model: SubjectModel, measured: np.ndarray, poses: SegmentPoses, rate: float, marker: int, start: int, stop: int
 ) -> Float[np.ndarray, "gap 3"]:
     """Where a marker was in a gap (mm), NaN where nothing says so."""
-    context = max(MIN_CONTEXT, round(CONTEXT_SECONDS * rate))
+    context = context_frames(rate)
     window = slice(max(0, start - context), min(len(measured), stop + context))
     times = (np.arange(window.start, window.stop) - start) / rate
     gap = slice(start - window.start, stop - window.start)

@@ -59,7 +59,7 @@ def raw_of(file: C3dFile, path: Path) -> Raw:
         raise ReadError(path, f"{file.disagreement}; and as its size has it, {wrong[0]}", "export it again")
     names = tuple(labels[c] for c in columns)
     unmeasured = _unmeasured(points, residual)
-    return Raw(path, points, names, tuple(columns), rate, unit, tuple(_prefixes(file)), unmeasured, tuple(notes))
+    return Raw(path, points, names, tuple(columns), rate, unit, tuple(prefixes_of(file)), unmeasured, tuple(notes))
 
 
 def write_c3d(recording: Recording, path: str | Path) -> None:
@@ -93,7 +93,7 @@ def model_outputs(file: C3dFile, labels: list[str]) -> set[int]:
     }
 
 
-def _prefixes(file: C3dFile) -> list[str]:
+def prefixes_of(file: C3dFile) -> list[str]:
     """What SUBJECTS:LABEL_PREFIXES puts before labels, where the file says that it does; the longest first."""
     if not file.number("SUBJECTS", "USES_PREFIXES"):
         return []

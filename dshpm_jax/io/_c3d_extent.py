@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from dshpm_jax.io._c3d_parameters import byte_order
+from dshpm_jax.io._c3d_parameters import byte_order, pack_parameters
 from dshpm_jax.io._errors import ReadError
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ def extent_of(file: "C3dFile", raw: np.ndarray, path: "Path") -> tuple[Extent, s
     header = _Header.of(file)
     told = list(_records(file, header, raw))
     if not told:
-        raise ReadError(path, "it does not say where its data start", "export it again")
+        raise ReadError(path, "it does not say where behind its parameters its data start", "export it again")
     counts = _counts(file, header)
     if len(set(told)) == 1 and len(counts) == 1:
         frames = _count_frames(file, header, told[0], raw, path) if told[0].bytes else 0
@@ -88,7 +88,8 @@ def extent_of(file: "C3dFile", raw: np.ndarray, path: "Path") -> tuple[Extent, s
 
 
 def _by_size(file: "C3dFile", claims: list[Extent], raw: np.ndarray) -> Extent | None:
-    """The claim that fits the size of the file: its frames end in the last block, and what is left of that is empty.
+    """The claim that fits the size of the file: its frames end in the last block, and what is left of that is empty;
+    none where all leave something there, as then every number may be wrong.
 
     Of several it is the one that leaves nothing before the frames and the most behind them, all of it empty.
     """
@@ -99,8 +100,8 @@ def _by_size(file: "C3dFile", claims: list[Extent], raw: np.ndarray) -> Extent |
         followed = [found for found in empty if len(_padding(file, found, raw))]
         return followed[0] if len(followed) == 1 else None
     clean = [found for found in last if found in empty]
-    ranked = sorted(clean or last, key=lambda found: (found.start, found.size))
-    alike = len(ranked) > 1 and ranked[0].start == ranked[1].start and ranked[0].size == ranked[1].size
+    ranked = sorted(clean, key=lambda found: (found.start, found.size))
+    alike = not ranked or len(ranked) > 1 and ranked[0].start == ranked[1].start and ranked[0].size == ranked[1].size
     return None if alike else ranked[0]
 
 
@@ -121,12 +122,13 @@ def _records(file: "C3dFile", header: _Header, raw: np.ndarray) -> Iterator[Exte
     used, started = file.number("POINT", "USED"), file.number("POINT", "DATA_START")
     starts = (header.start or int(started or 0), int(started or header.start))
     behind = int(file.header[0]) + int(raw[(file.header[0] - 1) * BLOCK + 2])  # the parameters
-    starts = tuple(start for start in starts if start >= behind) or starts
+    starts = tuple(start for start in starts if start >= behind) or starts  # that count of blocks may be wrong itself
+    within = -(-(len(pack_parameters(file.groups, file.processor)) + 4) // BLOCK)
+    starts = tuple(start for start in starts if start >= int(file.header[0]) + within)
     points = (header.points, header.points if used is None else int(used))
     words = [2 if scale > 0 else 4 for scale in (file.scale, file.number("POINT", "SCALE") or file.scale)]
     for start, some, more, word in itertools.product(starts, points, _samples(file, header), words):
-        if start >= 2:
-            yield Extent(start, some, more, word)
+        yield Extent(start, some, more, word)
 
 
 def _samples(file: "C3dFile", header: _Header) -> list[int]:

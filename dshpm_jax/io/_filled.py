@@ -10,7 +10,9 @@ from dshpm_jax._recording import Recording
 from dshpm_jax.io._c3d_format import C3dFile, write_layout
 from dshpm_jax.io._c3d_parameters import byte_order, decode_floats, encode_floats
 from dshpm_jax.io._errors import WriteError
-from dshpm_jax.io._labelled import source_layout
+from dshpm_jax.io._form import AS_IT_IS, Form
+from dshpm_jax.io._labelled import as_spelt, first_number, source_layout
+from dshpm_jax.io._trc_file import write_trc
 from dshpm_jax.io._units import MILLIMETRES
 
 MEASURED = 0x0101
@@ -20,23 +22,32 @@ not agree which of the two is the residual."""
 FARTHEST_COUNT = 32767  # of 16-bit coordinates, in units of the file's scale
 
 
-def write_filled(recording: Recording, mask: Bool[np.ndarray, "frames points"], path: str | Path) -> None:
-    """Writes a recording of which some points were filled in.
+def write_filled(
+    recording: Recording, mask: Bool[np.ndarray, "frames points"], path: str | Path, form: Form = AS_IT_IS
+) -> None:
+    """Writes a recording of which some points were filled in, as C3D, or as TRC, which says not which.
 
     A filled point has the residual 0 and no cameras, the mark of C3D for a point that was computed. Measured points
     keep their records bit by bit; only where a file has no residual above 0 at all do they get the least there is, as
-    otherwise nothing would tell them from filled ones. All else comes from the source file, as in `write_labelled`.
+    otherwise nothing would tell them from filled ones. All else comes from the source file, as in `write_labelled`; a
+    `form` with other axes or another unit makes a fresh file of the points alone.
 
     Arguments:
         recording: points in millimetres, filled ones among them.
         mask: which are filled.
-        path: the C3D file to write.
+        path: the file to write; its ending says which.
 
     Raises:
         WriteError: the source file has other points now, or its numbers do not reach as far as a filled point.
     """
+    anew = form.changes_points or Path(path).suffix.lower() != ".c3d"
+    if anew:
+        recording = form.of(replace(recording, labels=tuple(as_spelt(recording)[0])))
+    if Path(path).suffix.lower() == ".trc":
+        write_trc(recording, first_number(recording.source), path)
+        return
     points = np.where(mask[..., None], np.nan, recording.points)
-    file, columns, _ = source_layout(replace(recording, points=points))
+    file, columns, _ = source_layout(replace(recording, points=points), anew)
     records = file.points.copy()
     columns = np.asarray(columns, dtype=int)
     if not (_residuals(file) > 0).any():

@@ -9,47 +9,96 @@ from jaxtyping import Bool, Int
 
 from dshpm_jax._geometry import is_seen
 from dshpm_jax._labelling import Labelling
-from dshpm_jax._recording import Recording
+from dshpm_jax._recording import Recording, bare_label, is_unlabelled
 from dshpm_jax._types import NO_MATCH
 from dshpm_jax.io._atomic import write_whole
-from dshpm_jax.io._c3d import fresh_layout, raw_labels, raw_of
+from dshpm_jax.io._c3d import fresh_layout, prefixes_of, raw_labels, raw_of
 from dshpm_jax.io._c3d_format import C3dFile, missing_record, read_layout, write_layout
 from dshpm_jax.io._c3d_parameters import INT, Parameter, integers, text_parameters, with_parameters
 from dshpm_jax.io._errors import ReadError, WriteError
+from dshpm_jax.io._form import AS_IT_IS, Form
 from dshpm_jax.io._frame_numbers import first_frame
 from dshpm_jax.io._names import names_as_before
 from dshpm_jax.io._raw import Raw
 from dshpm_jax.io._text import TABLES, text_table
 from dshpm_jax.io._text_table import encoded, raw_of_table, rearranged_lines
+from dshpm_jax.io._trc_file import write_trc
 
 
-def write_labelled(labelling: Labelling, path: str | Path) -> None:
-    """Writes the recording with its labels as C3D, or in the format of the file that it came from.
+def write_labelled(labelling: Labelling, path: str | Path, form: Form = AS_IT_IS) -> None:
+    """Writes the recording with its labels as C3D, as TRC, or in the format of the file that it came from.
 
     First the model's markers in the model's order (one that was never found is a column without points), then what
-    stayed unlabelled as `*1`, `*2`, ..., a column for each source column that has any left, then the columns of the
-    source file that the recording leaves out. Points keep their coordinates, residuals and camera masks bit by bit, and
-    so do those that the reader took for gaps; analog samples, events, rates and all other parameters come from the
-    source file as they are. A recording that came from no C3D file makes a fresh one. The ending of `path` says which
-    format; in text files numbers stay as they are spelt, and names keep the prefix of their subject.
+    stayed unlabelled, a column for each source column that has any left: with the number that the capture system gave
+    it, or `*1`, `*2`, ... Then come the columns of the source file that the recording leaves out. Names keep the prefix
+    of their subject. Points keep their coordinates, residuals and camera masks bit by bit, and so do those that the
+    reader took for gaps; analog samples, events, rates and all other parameters come from the source file as they are.
+    The ending of `path` says which format; in text files numbers stay as they are spelt.
+
+    A recording that came from no file, or from one of another format, makes a fresh one, and so does a `form` with
+    other axes or another unit: it holds the points and their names alone, without those that the recording leaves out.
+
+    Raises:
+        WriteError: no such format can be written, or the source file has other points now.
     """
-    if Path(path).suffix.lower() in TABLES:
-        _write_text(labelling, Path(path))
-        return
+    path, source = Path(path), labelling.recording.source
+    same = source is not None and source.suffix.lower() == path.suffix.lower() and not form.changes_points
+    if path.suffix.lower() == ".trc" and not same:
+        write_trc(*_fresh(labelling, form), path)
+    elif path.suffix.lower() in TABLES:
+        _write_text(labelling, path, form)
+    elif not same:
+        write_layout(fresh_layout(*_fresh(labelling, form)), path)
+    else:
+        _write_c3d(labelling, path, form)
+
+
+def _fresh(labelling: Labelling, form: Form) -> tuple[Recording, int]:
+    """The labelled recording as it is written without its source file, and the number of its first frame."""
+    recording = labelling.recording
+    labels, prefixes = as_spelt(recording)
+    left = _unlabelled_columns(labelling, tuple(range(len(labels))), recording.present)
+    names = names_as_before(labelling.model.markers, left, labels, prefixes, form.keep_unknown)
+    labelled = replace(labelling.to_recording(), labels=tuple(names), source=recording.source)
+    return form.of(labelled), first_number(recording.source)
+
+
+def as_spelt(recording: Recording) -> tuple[Sequence[str], Sequence[str]]:
+    """The labels of a recording with the prefixes that its file has, and those that end in no colon."""
+    source = recording.source
+    try:
+        if source is not None and source.suffix.lower() == ".c3d":
+            file = read_layout(source)
+            labels, prefixes = raw_labels(file), prefixes_of(file)
+        elif source is not None:
+            labels, prefixes = text_table(source).labels, ()
+        else:
+            return recording.labels, ()
+        spelt = [labels[column].strip() for column in recording.columns]
+    except (ReadError, IndexError):  # it changed, or is no longer there
+        return recording.labels, ()
+    whole = [new if new.endswith(old) and old else old for new, old in zip(spelt, recording.labels)]
+    return [new if is_unlabelled(bare_label(new)) else name for new, name in zip(spelt, whole)], prefixes
+
+
+def _write_c3d(labelling: Labelling, path: Path, form: Form) -> None:
     recording = labelling.recording
     file, columns, there = source_layout(recording)
     found, left = _marker_columns(labelling, columns), _unlabelled_columns(labelling, columns, there)
     outputs = [c for c in range(file.points.shape[1]) if c not in set(columns)]
     names = _left_out(labelling, [raw_labels(file)[c] for c in outputs])
     source = np.concatenate([found, left, np.broadcast_to(outputs, (len(found), len(outputs)))], axis=1)
-    names = [*labelling.model.markers, *(f"*{k + 1}" for k in range(left.shape[1])), *names]
-    write_layout(_rearranged(file, source.astype(int), names), Path(path))
+    labels = raw_labels(file)
+    own = names_as_before(labelling.model.markers, left, labels, prefixes_of(file), form.keep_unknown)
+    write_layout(_rearranged(file, source.astype(int), [*own, *names]), path)
 
 
-def _write_text(labelling: Labelling, path: Path) -> None:
+def _write_text(labelling: Labelling, path: Path, form: Form) -> None:
     recording = labelling.recording
+    if form.changes_points:
+        raise WriteError(path, "axes and units are changed in C3D and TRC alone", "give a name that ends in .trc")
     if recording.source is None or recording.source.suffix.lower() != path.suffix.lower():
-        remedy = "give a name that ends in .c3d"
+        remedy = "give a name that ends in .c3d or .trc"
         raise WriteError(path, "text is written only in the format that the recording was read in", remedy)
     table = text_table(recording.source)
     raw = raw_of_table(table)
@@ -59,7 +108,7 @@ def _write_text(labelling: Labelling, path: Path) -> None:
     outputs = [c for c in range(len(table.labels)) if c not in set(recording.columns)]
     rest = _left_out(labelling, [table.labels[c] for c in outputs])
     source = np.concatenate([found, left, np.broadcast_to(outputs, (len(found), len(outputs)))], axis=1).astype(int)
-    names = [*names_as_before(labelling.model.markers, left, table.labels), *rest]
+    names = [*names_as_before(labelling.model.markers, left, table.labels, (), form.keep_unknown), *rest]
     write_whole(path, encoded(rearranged_lines(table, source, names, is_seen(raw.points)), table.file))
 
 
@@ -88,11 +137,17 @@ def _left_out(labelling: Labelling, names: Sequence[str]) -> Sequence[str]:
     return names
 
 
-def source_layout(recording: Recording) -> tuple[C3dFile, tuple[int, ...], Bool[np.ndarray, "frames points"]]:
-    """The file to take records from, the column in it of each column of `recording`, and where that has a point."""
-    if recording.source is None or recording.source.suffix.lower() != ".c3d":
+def source_layout(
+    recording: Recording, fresh: bool = False
+) -> tuple[C3dFile, tuple[int, ...], Bool[np.ndarray, "frames points"]]:
+    """The file to take records from, the column in it of each column of `recording`, and where that has a point.
+
+    Arguments:
+        fresh: whether a new file is made, although the recording came from a C3D file.
+    """
+    if fresh or recording.source is None or recording.source.suffix.lower() != ".c3d":
         columns = tuple(range(recording.points.shape[1]))
-        return fresh_layout(recording, _first_number(recording.source)), columns, recording.present
+        return fresh_layout(recording, first_number(recording.source)), columns, recording.present
     file = read_layout(recording.source)
     return file, recording.columns, _seen_in_source(raw_of(file, recording.source), recording)
 
@@ -101,7 +156,7 @@ LARGEST_FIRST_FRAME = 1 << 31
 """C3D files hold the numbers of frames in 32 bits."""
 
 
-def _first_number(source: Path | None) -> int:
+def first_number(source: Path | None) -> int:
     """What the first frame is called in the file that a recording came from; C3D files count from 1."""
     try:
         number = 1 if source is None else max(1, first_frame(source))

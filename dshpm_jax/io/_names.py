@@ -1,7 +1,7 @@
 """Names of columns: with or without the subject's prefix, and those that count as none."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from fnmatch import fnmatchcase
 from itertools import count
 
@@ -39,7 +39,11 @@ def _twice(names: Sequence[str]) -> int:
 
 
 def names_as_before(
-    markers: Sequence[str], left: Int[np.ndarray, "frames columns"], labels: Sequence[str]
+    markers: Sequence[str],
+    left: Int[np.ndarray, "frames columns"],
+    labels: Sequence[str],
+    prefixes: Sequence[str] = (),
+    keep_unknown: bool = False,
 ) -> list[str]:
     """Names for the markers and the unlabelled columns of a result, in the spelling of its source.
 
@@ -49,16 +53,27 @@ def names_as_before(
     Arguments:
         left: for each unlabelled column the source's column in each frame, `NO_MATCH` where none.
         labels: of the source's columns.
+        prefixes: what comes before labels in this file, besides what ends in a colon.
+        keep_unknown: whether unlabelled columns keep names that are none of the markers'.
     """
-    named = [label.strip() for label in labels if not is_unlabelled(bare_label(label))]
-    times = Counter(map(bare_label, named))
-    spelt = {bare_label(label): label for label in named if times[bare_label(label)] == 1}
-    prefixes = {label.rpartition(":")[0] for label in named}
-    shared = f"{prefixes.pop()}:" if len(prefixes) == 1 and "" not in prefixes else ""
+    whole = [label.strip() for label in labels]
+    bare = [without_prefix(label, prefixes) for label in labels]
+    named = [k for k, name in enumerate(bare) if not is_unlabelled(name)]
+    times = Counter(bare[k] for k in named)
+    spelt = {bare[k]: whole[k] for k in named if times[bare[k]] == 1}
+    before = {whole[k].removesuffix(bare[k]) for k in named}
+    shared = before.pop() if len(before) == 1 else ""
     names = [spelt.get(marker, marker if ":" in marker else shared + marker) for marker in markers]
-    free = (name for k in count(1) if (name := f"*{k}") not in labels)
+    free = (name for k in count(1) if (name := f"*{k}") not in whole)
+    taken = {*markers, *names}
     for column in left.T:
         points = np.unique(column[column != NO_MATCH])
-        old = labels[int(points[0])].strip() if len(points) == 1 else ""
-        names.append(old if old and is_unlabelled(bare_label(old)) else next(free))
+        old = int(points[0]) if len(points) == 1 else None
+        kept = old is not None and whole[old] and _is_kept(whole[old], bare[old], taken, keep_unknown)
+        names.append(whole[old] if kept and old is not None else next(free))
     return names
+
+
+def _is_kept(whole: str, bare: str, taken: Collection[str], keep_unknown: bool) -> bool:
+    """Whether an unlabelled column keeps its name: one of the system's own, or one that no marker has."""
+    return is_unlabelled(bare) or (keep_unknown and whole not in taken and bare not in taken)

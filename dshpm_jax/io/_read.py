@@ -8,6 +8,7 @@ from dshpm_jax.io._c3d import raw_c3d
 from dshpm_jax.io._errors import ReadError
 from dshpm_jax.io._how import How
 from dshpm_jax.io._judged import judged
+from dshpm_jax.io._raw import Raw
 from dshpm_jax.io._text import TABLES, looks_like_recording, raw_text
 
 _READERS = {".c3d": raw_c3d, **dict.fromkeys(TABLES, raw_text)}
@@ -37,13 +38,18 @@ def read(
     Raises:
         ReadError: there is no such file, it is damaged or of no known kind, or no point is seen in it.
     """
+    return judged(raw(path), How(tuple(unlabelled), tuple(drop), frozen_gaps))
+
+
+def raw(path: str | Path) -> Raw:
+    """What the file of a recording holds, as it is; raises like `read`, but may hold no point."""
     path = Path(path)
     reader = _READERS.get(path.suffix.lower())
     if reader is None:
         raise ReadError(path, f"unknown kind of file '{path.suffix}'", f"give one of {', '.join(SUFFIXES)}")
     if not path.is_file():
         raise ReadError(path, "is a folder" if path.is_dir() else "there is no such file", "check the path")
-    return judged(reader(path), How(tuple(unlabelled), tuple(drop), frozen_gaps))
+    return reader(path)
 
 
 def may_be_recording(path: Path) -> bool:

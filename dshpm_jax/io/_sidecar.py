@@ -51,6 +51,7 @@ def sidecar(labelling: Labelling) -> dict[str, Any]:
         "source": recording.source.name if recording.source else None,
         "rate": recording.rate,
         "frames": recording.num_frames,
+        **({"notes": recording.notes} if recording.notes else {}),
         "markers": model.markers,
         "segments": [
             {"name": model.segments[s].name, "markers": [model.markers[m] for m in model.segments[s].markers]}

@@ -6,12 +6,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from dshpm_jax._control.tuning import TUNING
-from dshpm_jax._labelling import Reason
+from dshpm_jax._labelling import WITHHELD, Reason
 
 SURE = 0.95
 """Labels less sure than this are in doubt, and so are those withheld."""
 
-WITHHELD = (str(Reason.AMBIGUOUS), str(Reason.DOUBTFUL))
 
 BADLY, ANOTHERS = "the model fits this trial badly", "the model is another subject's"
 BRIEFLY, LOOSELY = "seen too briefly to be sure", "fits its place less well than right labels do"
@@ -78,6 +77,8 @@ def troubles_of(sidecar: Mapping[str, Any]) -> list[str]:
         return said
     evidence = f"The labels hold only {fit:.0%} of the usual evidence"
     if not any(track["label"] is not None for track in sidecar["trajectories"]):
+        if said:  # which explains it
+            return said
         evidence = "No point fits the model"
     return [*said, f"{evidence}: the model may be of another subject, or of markers that were placed anew."]
 

@@ -31,6 +31,7 @@ class Film:
         spans: what was decided about each trajectory, as far as that is known.
         doubts: those of labels in doubt, one a trajectory, in the order of frames.
         troubles: what is doubtful about all labels, a sentence each.
+        notes: what was doubtful about the recording's file, a sentence each.
     """
 
     names: tuple[str, ...]
@@ -41,6 +42,7 @@ class Film:
     spans: tuple[Span, ...]
     doubts: tuple[Span, ...]
     troubles: tuple[str, ...]
+    notes: tuple[str, ...]
 
 
 def make_film(
@@ -80,6 +82,7 @@ def make_film(
         tuple(links_of(points[:, : len(named)], found, names)),
         *(spans_of(sidecar, place, tracks, (len(named), rest.shape[1])) if sidecar is not None else ((), ())),
         tuple(troubles_of(sidecar)) if sidecar is not None else (),
+        tuple(recording.notes if sidecar is None else sidecar.get("notes", ())),
     )
 
 

@@ -16,7 +16,19 @@ HEAD_BYTES = 1000  # of a file, in which the generator stands if the page is our
 
 SCRIPTS = {
     "run": ("words", "table", "trials", "others"),
-    "player": ("recording", "camera", "gaps", "names", "figure", "timeline", "doubts", "time", "hands", "begin"),
+    "player": (
+        "recording",
+        "camera",
+        "gaps",
+        "names",
+        "figure",
+        "timeline",
+        "doubts",
+        "time",
+        "mouse",
+        "hands",
+        "begin",
+    ),
 }
 """The scripts of each kind of page, in its folder, in the order in which they run."""
 

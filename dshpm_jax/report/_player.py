@@ -5,10 +5,11 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from dshpm_jax._geometry import evenly_spaced, is_seen
 from dshpm_jax.report._film import Film, Span
+from dshpm_jax.report._links import Link, Part
 from dshpm_jax.report._looks import COLOURS, upward
 from dshpm_jax.report._sides import sides
 
@@ -24,37 +25,64 @@ def player_data(film: Film, name: str) -> dict[str, Any]:
     """What the page's script works on. The last column of its points is the path of the camera's target."""
     named = film.points[:, : len(film.names)]
     figure = named if is_seen(named).any() else film.points
-    turn = _up_last(figure, [name.rpartition(":")[0] for name in film.names])
-    points, figure = film.points[:, :, turn], figure[:, :, turn]
-    camera = _camera(figure, film.rate)
-    near = is_seen(figure)
-    distance = np.linalg.norm(figure - camera[:, None], axis=-1)[near]
-    encoded, step, centre = _packed(np.concatenate([points, camera[:, None]], axis=1))
+    room, steps = room_data(film.points, figure, film.names, film.rate)
     reasons = list(dict.fromkeys(span.reason for span in (*film.spans, *film.doubts)))
     return {
+        **room,
         "name": name,
-        "rate": film.rate,
+        "names": film.names,
+        "points": base64.b64encode(steps.tobytes()).decode(),
+        **parts_data(film.parts, film.links),
+        "reasons": reasons,
+        "spans": [_listed(span, reasons) for span in film.spans],
+        "doubts": [_listed(span, reasons) for span in film.doubts],
+        "troubles": film.troubles,
+        "notes": film.notes,
+    }
+
+
+def room_data(
+    points: Float[np.ndarray, "frames columns 3"],
+    figure: Float[np.ndarray, "frames markers 3"],
+    names: Sequence[str],
+    rate: float,
+) -> tuple[dict[str, Any], Int[np.ndarray, "frames columns+1 3"]]:
+    """How points are laid out and looked at, and the points themselves as 16-bit steps; `axes` are in which order.
+
+    Arguments:
+        points: what is shown (mm), NaN where there is none; the path of the camera's target comes behind.
+        figure: what the camera looks at.
+        names: of the columns of `figure`, where it has names.
+    """
+    turn = _up_last(figure, [name.rpartition(":")[0] for name in names])
+    points, figure = points[:, :, turn], figure[:, :, turn]
+    camera = _camera(figure, rate)
+    near = is_seen(figure)
+    distance = np.linalg.norm(figure - camera[:, None], axis=-1)[near]
+    steps, step, centre = _packed(np.concatenate([points, camera[:, None]], axis=1))
+    room = {
+        "rate": rate,
         "frames": len(points),
         "columns": points.shape[1] + 1,
-        "names": film.names,
-        "points": encoded,
+        "axes": turn,
         "step": step,
         "centre": centre,
         "floor": float(np.quantile(figure[near][:, 2], 0.002)),
         "height": float(np.median(camera[:, 2])),
         "radius": float(max(np.quantile(distance, 0.95), 50.0)),
         "yaw": _yaw(figure, camera),
-        "sides": sides(film.names),
-        "parts": [
-            {"name": part.name, "columns": part.columns, "colour": COLOURS[k % len(COLOURS)]}
-            for k, part in enumerate(film.parts)
-        ],
-        "links": film.links,
-        "reasons": reasons,
-        "spans": [_listed(span, reasons) for span in film.spans],
-        "doubts": [_listed(span, reasons) for span in film.doubts],
-        "troubles": film.troubles,
+        "sides": sides(names),
     }
+    return room, steps
+
+
+def parts_data(parts: Sequence[Part], links: Sequence[Link]) -> dict[str, Any]:
+    """Segments with their colours, and sticks."""
+    coloured = [
+        {"name": part.name, "columns": part.columns, "colour": COLOURS[k % len(COLOURS)]}
+        for k, part in enumerate(parts)
+    ]
+    return {"parts": coloured, "links": links}
 
 
 def _listed(span: Span, reasons: list[str]) -> list[Any]:
@@ -94,8 +122,8 @@ def _yaw(figure: Float[np.ndarray, "frames markers 3"], camera: Float[np.ndarray
     return float(ASIDE - np.arctan2(wide[1], wide[0]))
 
 
-def _packed(points: Float[np.ndarray, "frames columns 3"]) -> tuple[str, float, list[float]]:
-    """The points as base64 of 16-bit steps from a centre, the step and the centre (mm).
+def _packed(points: Float[np.ndarray, "frames columns 3"]) -> tuple[Int[np.ndarray, "frames columns 3"], float, list]:
+    """The points as 16-bit steps from a centre, the step and the centre (mm).
 
     Steps are no finer than `MIN_STEP`, and no coarser than `MAX_STEP`: a point further off is shown at the edge.
     """
@@ -105,4 +133,4 @@ def _packed(points: Float[np.ndarray, "frames columns 3"]) -> tuple[str, float, 
     step = float(np.clip(np.abs(places - centre).max() / STEPS, MIN_STEP, MAX_STEP))
     steps = np.full(points.shape, MISSING, dtype="<i2")
     steps[seen] = np.clip(np.round((places - centre) / step), -STEPS, STEPS)
-    return base64.b64encode(steps.tobytes()).decode(), step, centre.tolist()
+    return steps, step, centre.tolist()

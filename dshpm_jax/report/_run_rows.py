@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
+from dshpm_jax._labelling import Reason
 from dshpm_jax._outcomes import WORST_FIRST
 from dshpm_jax.report._doubts import CAUSES, LabelDoubt
 from dshpm_jax.report._page import is_page
@@ -22,13 +23,22 @@ def severity(row: Mapping[str, Any]) -> int:
     return WORST_FIRST.index(outcome) if outcome in WORST_FIRST else -1
 
 
-def trial_row(name: str, row: Mapping[str, Any], doubt: tuple[float, int, float | None], out: Path) -> list[Any]:
+def trial_row(
+    name: str,
+    row: Mapping[str, Any],
+    doubt: tuple[float, int, float | None],
+    out: Path,
+    tracks: Sequence[Mapping[str, Any]] = (),
+    confirmed: bool = False,
+) -> list[Any]:
     """A trial as a list, see FIELDS in `run/trials.js`.
 
     Arguments:
         row: its row of the manifest.
         doubt: seconds in doubt, the number of its doubts, and the mean confidence of its labels.
         out: the folder of the results.
+        tracks: the trajectories of its sidecar.
+        confirmed: whether a person has confirmed it.
     """
     stake, doubts, sure = doubt
     counts = [row.get(key) for key in ("completeness", "frames", "labelled_trajectories", "trajectories", "seconds")]
@@ -36,9 +46,18 @@ def trial_row(name: str, row: Mapping[str, Any], doubt: tuple[float, int, float 
     more: dict[str, Any] = {}
     if why := [*row.get("doubts", ())] or [text for text in [_without_path(row)] if text]:
         more["why"] = [text[:MAX_TEXT] for text in why]
+    if said := said_of(tracks, confirmed):
+        more["said"] = said
     if page := _link(out, row.get("output")):
         more["page"] = USUAL_PAGE if page == f"{os.path.splitext(name)[0]}.html" else page
     return [name, row.get("outcome"), round(stake, 2), doubts, sure, *short, more]
+
+
+def said_of(tracks: Sequence[Mapping[str, Any]], confirmed: bool) -> str:
+    """What of a trial is known and not found, in a few words; nothing where nothing is."""
+    known = sum(track["reason"] == str(Reason.KNOWN) for track in tracks)
+    count = f"{known} {'trajectory' if known == 1 else 'trajectories'} known" if known else ""
+    return ", ".join(text for text in ("confirmed" if confirmed else "", count) if text)
 
 
 def listed(doubts: Sequence[LabelDoubt], rate: float) -> list[list[Any]]:

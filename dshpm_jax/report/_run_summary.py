@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from dshpm_jax import io
+from dshpm_jax._corrections import CorrectionsError, corrections_path, read_corrections
 from dshpm_jax.report._doubts import CAUSES, SURE, LabelDoubt, doubt_of
 from dshpm_jax.report._run_rows import listed, severity, trial_row
 from dshpm_jax.report._totals import LEAST_CONFIDENCE, MarkerTotals, Stretch, TrialTotals, share
@@ -40,7 +41,7 @@ class RunSummary:
         for totals in (self.all, self.subjects.setdefault(os.path.dirname(name), TrialTotals())):
             totals.add(row, sure, len(doubts), stake)
         key = (severity(row), -stake, name)
-        self.trials.add(key, trial_row(name, row, (stake, len(doubts), sure), self.out))
+        self.trials.add(key, trial_row(name, row, (stake, len(doubts), sure), self.out, tracks, _confirmed(result)))
         if found:
             self._count_labels(found, doubts)
         if found and doubts:
@@ -78,6 +79,15 @@ class RunSummary:
             label = doubt.label or next(iter(doubt.could_be), None)
             if label in stretches:
                 self.markers[label].stake += doubt.points / sidecar["rate"]
+
+
+def _confirmed(result: Path | None) -> bool:
+    """Whether a person has confirmed a result; a damaged file of corrections says nothing here."""
+    try:
+        found = read_corrections(corrections_path(result)) if result else None
+    except CorrectionsError:
+        return False
+    return found is not None and found.confirmed
 
 
 def summarise(out: Path, rows: Iterable[Mapping[str, Any]]) -> RunSummary:

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from dshpm_jax._given import GivenModels, model_of
 from dshpm_jax._labelling import Labelling
-from dshpm_jax._model import SubjectModel
 from dshpm_jax._model_building import named_frame, one_frame, segment_entries
 from dshpm_jax._recording import Recording
 from dshpm_jax.io import read, read_sidecar, sidecar, sidecar_path
@@ -42,13 +42,14 @@ class Page:
         return f"Page of {len(self.html) / 1e6:.1f} MB; .save(path) writes it"
 
 
-def view(what: Labelling | Recording | str | Path, model: SubjectModel | None = None, name: str | None = None) -> Page:
+def view(what: Labelling | Recording | str | Path, model: GivenModels | None = None, name: str | None = None) -> Page:
     """A page in which a labelled recording plays, with a timeline of its labels, their gaps and confidences.
 
     Arguments:
         what: a labelling, a recording with labels, or the file of one; if the sidecar that `label` wrote is beside the
             file, it gives segments and confidences.
-        model: gives the segments where they are not known; without them, markers are linked by distance alone.
+        model: gives the segments where they are not known; or its file, or the models of several subjects (see
+            `combine_models`). Without it, markers are linked by distance alone.
         name: the title; by default the name of the file.
 
     Raises:
@@ -56,7 +57,8 @@ def view(what: Labelling | Recording | str | Path, model: SubjectModel | None = 
         ValueError: no point is seen in any frame.
     """
     recording, sidecar = _with_sidecar(what)
-    parts = parts_of_model(model.segments, model.markers) if model is not None else None
+    known = None if model is None else model_of(model)
+    parts = parts_of_model(known.segments, known.markers) if known is not None else None
     source = what.recording.source if isinstance(what, Labelling) else recording.source
     title = name or (source.name if source else "recording")
     return Page(make_page("player", title, player_data(make_film(recording, sidecar, parts), title)))
@@ -83,7 +85,8 @@ def view_frame(
     """A page of one frame in which to find out which point is which marker: every point with its number.
 
     A click on a point leads to a field for its name and segments; the page turns what is typed there into the `names`
-    and `segments` that `SubjectModel.from_frame` takes (section 5.1.1).
+    and `segments` that `SubjectModel.from_frame` takes (section 5.1.1). `review(recording, names=...)` names markers by
+    clicking, and gives the labels themselves.
 
     Arguments:
         recording: its columns need no names.

@@ -16,11 +16,14 @@ class Worst:
         self._most = most_bytes
         self._held: list[tuple[tuple, str]] = []
         self._bytes = 0
+        self._first_cut: tuple | None = None  # what comes behind it is not kept either
 
     def add(self, key: tuple, entry: Any) -> None:
         """Adds an entry; those with the least `key` come first, and no two have the same."""
-        text = json.dumps(entry, separators=(",", ":"))
         self.added += 1
+        if self._first_cut is not None and key > self._first_cut:
+            return
+        text = json.dumps(entry, separators=(",", ":"))
         self._held.append((key, text))
         self._bytes += _size(text)
         if self._bytes > 2 * self._most:
@@ -39,6 +42,8 @@ class Worst:
             if total > self._most:
                 break
             kept += 1
+        if kept < len(self._held):
+            self._first_cut = self._held[kept][0]
         del self._held[kept:]
         self._bytes = sum(_size(text) for _, text in self._held)
 

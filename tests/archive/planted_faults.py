@@ -15,7 +15,7 @@ def plant() -> None:
     sys.modules["dshpm_jax._label"] = SimpleNamespace(label_many=label_many)  # type: ignore[assignment]
 
 
-def label_many(recordings, models, settings):
+def label_many(recordings, models, settings, known):
     if any(recording.rate == CRASHES for recording in recordings):
         os.kill(os.getpid(), signal.SIGKILL)
     if any(recording.rate == EATS_MEMORY for recording in recordings):

@@ -87,7 +87,7 @@ def test_a_broken_model_harms_its_own_recordings_only(archive, tmp_path, labelle
 
 @pytest.mark.parametrize(("fit", "doubtful"), [(0.7949, True), (0.8, False), (None, False)])
 def test_labels_of_a_model_that_fits_badly_are_doubtful(archive, tmp_path, labeller, monkeypatch, fit, doubtful):
-    def label_many(recordings, models, settings):
+    def label_many(recordings, models, settings, known):
         for recording, model in zip(recordings, models, strict=True):
             labelling = make_labelling(recording, list(model.markers))
             yield replace(labelling, stats={"svd_count": 12} | ({} if fit is None else {"model_fit": fit}))
@@ -120,7 +120,7 @@ def test_files_without_points_are_passed_over(archive, tmp_path, labeller, monke
 
 
 def test_reasons_of_doubt_stand_in_the_row(archive, tmp_path, labeller, monkeypatch):
-    def label_many(recordings, models, settings):
+    def label_many(recordings, models, settings, known):
         for recording, model in zip(recordings, models, strict=True):
             yield replace(make_labelling(recording, list(model.markers)), stats={"doubts": ["its axes are mirrored"]})
 
@@ -134,7 +134,7 @@ def test_reasons_of_doubt_stand_in_the_row(archive, tmp_path, labeller, monkeypa
 def test_a_result_and_its_row_are_there_before_the_next_is_labelled(archive, tmp_path, monkeypatch):
     out, before = tmp_path / "out", []
 
-    def label_many(recordings, models, settings):
+    def label_many(recordings, models, settings, known):
         for recording, model in zip(recordings, models, strict=True):
             rows = (out / "manifest.jsonl").read_text().splitlines()
             before.append((len(list(out.rglob("*.labels.json"))), sum('"labelled"' in row for row in rows)))

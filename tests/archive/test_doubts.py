@@ -35,7 +35,7 @@ def test_a_unit_that_is_off_is_named(factor, unit, right):
 
 def test_a_person_1_8_mm_tall():
     (found,) = doubts_of(unlabelled(0.001), completeness=0.0)
-    assert found.startswith("its points lie 0.") and " mm apart and the model's markers " in found
+    assert found.startswith("its points are spread over 1.") and " mm, those of the model over 1." in found
 
 
 def test_sizes_that_a_unit_does_not_explain_are_no_doubt_of_it():

@@ -10,10 +10,11 @@ from running import MARKERS, contents, rows_of, run
 from text_files import TRC, VICON
 
 from dshpm_jax import io
-from dshpm_jax._archive import FAILED, KEPT, Order, find_jobs, in_shard, label_archive
+from dshpm_jax._archive import FAILED, KEPT, Due, Order, find_jobs, in_shard, label_archive, what_is_due
 from dshpm_jax._console import say
 from dshpm_jax._messages import UsageError
 from dshpm_jax._settings import Settings
+from dshpm_jax.io import Form
 
 
 @pytest.mark.parametrize("force", [False, True])
@@ -33,8 +34,8 @@ def test_a_result_that_somebody_edited_stays(archive, tmp_path, labeller, force)
 def test_a_file_that_somebody_puts_there_meanwhile_stays(archive, tmp_path, labeller, monkeypatch):
     target, write = tmp_path / "out" / "bob" / "run.c3d", io.write_labelled
 
-    def slowly(labelling, path):
-        write(labelling, path)
+    def slowly(labelling, path, form):
+        write(labelling, path, form)
         if path.name == "run.c3d":
             target.write_bytes(b"somebody's only copy")
 
@@ -46,8 +47,8 @@ def test_a_file_that_somebody_puts_there_meanwhile_stays(archive, tmp_path, labe
 def test_a_recording_that_changes_meanwhile(archive, tmp_path, labeller, monkeypatch):
     write = io.write_labelled
 
-    def slowly(labelling, path):
-        write(labelling, path)
+    def slowly(labelling, path, form):
+        write(labelling, path, form)
         with labelling.recording.source.open("ab") as file:
             file.write(b"more")
 
@@ -76,7 +77,7 @@ def test_originals_are_never_overwritten(archive, tmp_path):
 
 
 def test_a_result_that_cannot_be_written(archive, tmp_path, labeller, monkeypatch):
-    def refuse(labelling, path):
+    def refuse(labelling, path, form):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(io, "write_labelled", refuse)
@@ -153,7 +154,7 @@ def test_a_recording_called_like_the_summary_stays(tmp_path, labeller):
     (captures / "summary.csv").write_text(VICON)
     with pytest.raises(UsageError, match="summary.csv: would overwrite an input"):
         find_jobs([captures / "summary.csv"], (), captures)
-    (job,) = find_jobs([captures], (), tmp_path / "out", same_format=True)
+    (job,) = find_jobs([captures], (), tmp_path / "out", kind="same")
     assert "its result would overwrite summary.csv of the run" in job.problem
     (outcome,) = label_archive([job], Order(tmp_path / "out"))
     assert outcome.outcome == FAILED and len(rows_of(tmp_path / "out")) == 1
@@ -177,18 +178,65 @@ def test_the_result_of_another_recording_stays(archive, tmp_path, labeller):
     assert run(other, out)["run.c3d"].ok
 
 
-def test_a_result_whose_sidecar_is_of_another_format_is_not_up_to_date(archive, tmp_path, labeller):
+def test_a_result_gives_way_to_one_in_another_format(tmp_path, labeller):
+    """It would be no result without its sidecar, so it goes; but not where somebody changed it, or it is another's."""
     folder, out = tmp_path / "captures", tmp_path / "out"
     folder.mkdir()
     io.write_model(make_model(MARKERS), folder / "model.json")
     (folder / "walk.trc").write_text(TRC)
     loose = Settings(completeness=0.1)
     assert run(folder, out, loose)["walk.c3d"].ok
-    io.write_model(make_model(MARKERS[::-1]), folder / "model.json")
-    jobs = find_jobs([folder], (), out, same_format=True)
-    assert [o.job.target.name for o in label_archive(jobs, Order(out, loose))] == ["walk.trc"]
+    jobs = find_jobs([folder], (), out, kind="same")
+    (due,) = what_is_due(jobs, Order(out, loose), {})
+    assert isinstance(due, Due) and due.why == "has a result in another format, walk.c3d, which gives way"
+    for _ in range(2):
+        assert [o.job.target.name for o in label_archive(jobs, Order(out, loose))] == ["walk.trc"]
+        assert not (out / "walk.c3d").exists() and rows_of(out).keys() == {"walk.trc"}
+    assert len(labeller) == 2  # the second run found nothing to do
+    other = tmp_path / "other"
+    other.mkdir()
+    io.write_model(make_model(MARKERS), other / "model.json")
+    io.write_c3d(make_recording(33, seed=9), other / "walk.c3d")
+    before = contents(out)
+    outcome = run(other, out)["walk.c3d"]
+    assert outcome.outcome == KEPT and f"is the result of {folder / 'walk.trc'}" in outcome.message
+    (other / "walk.c3d").unlink()
+    (folder / "walk.trc").rename(tmp_path / "moved.trc")
+    (job,) = find_jobs([out / "walk.trc"], (folder / "model.json",), out)
+    (outcome,) = label_archive([job], Order(out, loose))  # a result labelled once more must not go
+    assert outcome.outcome == KEPT and "its result would take its place" in outcome.message
+    (tmp_path / "moved.trc").rename(folder / "walk.trc")
+    (out / "walk.trc").write_text(TRC)
     outcome = run(folder, out, loose)["walk.c3d"]
-    assert outcome.outcome == KEPT and "walk.labels.json is that of walk.trc" in outcome.message
+    assert outcome.outcome == KEPT and "walk.trc: was changed by somebody" in outcome.message
+    assert (out / "walk.trc").read_text() == TRC and contents(out).keys() == before.keys()
+
+
+def test_another_form_is_made_anew_and_the_same_one_is_up_to_date(archive, tmp_path, labeller):
+    out = tmp_path / "out"
+    run(archive / "bob", out)
+    plain = contents(out)
+    for form in (Form(up="y", unit="m"), Form(up="y"), Form(keep_unknown=True), Form()):
+        jobs = find_jobs([archive / "bob"], (), out, form=form)
+        (due,) = what_is_due(jobs, Order(out), {})
+        assert isinstance(due, Due) and due.why == "the form of results changed since it was labelled"
+        for there in (False, True):
+            (outcome,) = label_archive(jobs, Order(out))
+            assert outcome.ok and outcome.was_there is there
+        written = io.read_sidecar_head(out / "run.labels.json").get("written", {})
+        assert written == {**({"axes": "x,z,-y"} if form.up else {}), **({"unit": "m"} if form.unit else {})}
+    assert {k: v for k, v in contents(out).items() if k.startswith("run.")} == {
+        k: v for k, v in plain.items() if k.startswith("run.")
+    }
+
+
+def test_axes_of_text_that_cannot_be_turned_are_a_problem(tmp_path):
+    (tmp_path / "vicon.csv").write_text(VICON)
+    io.write_model(make_model(MARKERS), tmp_path / "model.json")
+    (job,) = find_jobs([tmp_path / "vicon.csv"], (), tmp_path / "out", "same", Form(unit="m"))
+    assert job.problem == "axes and units are changed in C3D and TRC alone; give --format trc"
+    (job,) = find_jobs([tmp_path / "vicon.csv"], (), tmp_path / "out", "trc", Form(unit="m"))
+    assert not job.problem and job.target.name == "vicon.trc"
 
 
 def test_names_that_are_no_text_harm_nothing(archive, tmp_path, labeller, capsys):

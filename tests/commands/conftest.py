@@ -11,7 +11,7 @@ from making import make_labelling
 def labeller(monkeypatch):
     """Stands in for the real one: a column gets the label that it carries."""
 
-    def label_many(recordings, models, settings):
+    def label_many(recordings, models, settings, known):
         for recording, model in zip(recordings, models, strict=True):
             yield make_labelling(recording, list(model.markers))
 

@@ -84,3 +84,14 @@ def test_findings_overwrite_findings_only(folder, capsys, checker):
     for _ in range(2):
         assert command(capsys, "check", "walk.c3d", "--model", "model.json", "--json", "f.json")[0] == 1
         assert len(json.loads((folder / "f.json").read_text())) == 1
+
+
+def test_filled_points_for_opensim(folder, capsys):
+    order = ["reconstruct", "walk.c3d", "--model", "model.json", "-o", "out", "--format", "trc", "--up", "y"]
+    status, _, err = command(capsys, *order)
+    assert status == 2 and "add --fill" in err
+    assert command(capsys, *order, "--fill", "--unit", "m")[0] == 0
+    turned, before = io.read(folder / "out" / "walk.filled.trc"), io.read(folder / "walk.c3d")
+    assert turned.unit == "m" and turned.labels == before.labels
+    x, y, z = before["LASI"].T
+    assert abs(turned["LASI"].T - [x, z, -y]).max() < 1e-3

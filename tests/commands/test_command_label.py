@@ -56,6 +56,9 @@ def test_each_trial_gets_a_page_that_the_report_leads_to(folder, capsys, labelle
     assert data_of((folder / "out" / "walk.html").read_text()) == data_of(made)
     assert command(capsys, "label", "walk.c3d", "-o", "without", "--no-pages")[0] == 0
     assert [path.name for path in (folder / "without").glob("*.html")] == ["report.html"]
+    assert "up to date" in command(capsys, "label", "walk.c3d", "-o", "without")[1]
+    assert data_of((folder / "without" / "walk.html").read_text()) == data_of(made)
+    assert data_of((folder / "without" / "report.html").read_text())["trials"][0][-1] == {"page": 1}
 
 
 def test_a_file_in_the_place_of_a_page_stays(folder, capsys, labeller):
@@ -67,7 +70,7 @@ def test_a_file_in_the_place_of_a_page_stays(folder, capsys, labeller):
 
 
 def test_doubtful_labels_are_status_1(folder, capsys, monkeypatch):
-    def label_many(recordings, models, settings):
+    def label_many(recordings, models, settings, known):
         for recording, model in zip(recordings, models, strict=True):
             yield replace(make_labelling(recording, list(model.markers)), stats={"model_fit": 0.5})
 
@@ -197,10 +200,32 @@ def test_one_bad_file_of_two(folder, capsys, labeller):
 
 
 def test_interrupted(folder, capsys, monkeypatch):
-    def label_many(*_):
+    def label_many(*_, **__):
         raise KeyboardInterrupt
 
     monkeypatch.setitem(sys.modules, "dshpm_jax._label", SimpleNamespace(label_many=label_many))
     status, _, err = command(capsys, "label", "walk.c3d", "-o", "out")
     assert status == 130 and err.count("\n") == 1
     assert not (folder / "out" / "walk.c3d").exists()
+
+
+def test_results_for_opensim(folder, capsys, labeller):
+    """TRC with Y up in metres; the file of that format takes the place of the one that was there."""
+    assert command(capsys, "label", "walk.c3d", "-o", "out")[0] == 0
+    order = ["label", "walk.c3d", "-o", "out", "--format", "trc", "--up", "y", "--unit", "m"]
+    status, out, err = command(capsys, *order, "--dry-run")
+    assert "it has a result in another format, walk.c3d, which gives way" in out
+    assert command(capsys, *order)[0] == 0
+    assert not (folder / "out" / "walk.c3d").exists()
+    before, after = io.read(folder / "walk.c3d"), io.read(folder / "out" / "walk.trc")
+    x, y, z = before["LASI"].T
+    assert after.unit == "m" and abs(after["LASI"].T - [x, z, -y]).max() < 1e-3
+    written = io.read_sidecar_head(folder / "out" / "walk.labels.json")["written"]
+    assert written == {"axes": "x,z,-y", "unit": "m"}
+    assert "walk.c3d: up to date" in command(capsys, *order)[1]
+
+
+def test_wrong_axes_are_wrong_usage(folder, capsys):
+    for wrong, why in {"x,y,-z": "would mirror", "x,y": "in some order"}.items():
+        status, _, err = command(capsys, "label", "walk.c3d", "-o", "out", "--axes", wrong)
+        assert status == 2 and why in err and err.count("\n") == 1

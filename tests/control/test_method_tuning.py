@@ -22,7 +22,8 @@ def test_a_number_names_a_module_that_is_there(number):
 
 @pytest.mark.parametrize("name", [one.name for one in fields(Tuning)])
 def test_a_number_is_read_somewhere(name):
-    assert any(re.search(rf"\b(tuning|null|TUNING)\.{name}\b", text) for text in SOURCES.values())
+    """As a field, or by its name where a table of names is gone through."""
+    assert any(re.search(rf'\b(tuning|null|TUNING)\.{name}\b|"{name}"', text) for text in SOURCES.values())
 
 
 def test_a_tuning_is_a_key():

@@ -120,3 +120,20 @@ def test_rotations_end_the_frames(tmp_path):
     found = read_layout(tmp_path / "b.c3d")
     assert found.tail.startswith(bytes(range(250)))
     np.testing.assert_array_equal(io.read(tmp_path / "b.c3d").points, points)
+
+
+def test_data_within_the_parameters_are_none(tmp_path):
+    with_samples(tmp_path / "a.c3d")
+    set_header(tmp_path / "a.c3d", 8, 0)
+    set_parameter(tmp_path / "a.c3d", "POINT", "DATA_START", 2)
+    with pytest.raises(io.ReadError, match="where behind its parameters its data start"):
+        io.read(tmp_path / "a.c3d")
+
+
+def test_what_leaves_something_behind_the_last_frame_fits_no_size(tmp_path):
+    """Header and parameter are both wrong: one number may fit by chance, but then data stand where none should."""
+    with_samples(tmp_path / "a.c3d")
+    set_header(tmp_path / "a.c3d", 2, 13)
+    set_parameter(tmp_path / "a.c3d", "ANALOG", "USED", 1)
+    with pytest.raises(io.ReadError, match="its size of .* fits neither"):
+        io.read(tmp_path / "a.c3d")

@@ -1,6 +1,7 @@
 """What the sidecar says about each trajectory."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 from making import make_labelling, make_recording
@@ -26,6 +27,14 @@ def test_a_row_for_each_trajectory(tmp_path):
         assert row.get("was") == (None if name == "*4" else name)
         assert row["confidence"] == 0.875 and row["reason"]
     np.testing.assert_array_equal(seen, recording.present)
+
+
+def test_notes_of_the_reader(tmp_path):
+    recording = replace(make_recording(), notes=("it is odd",))
+    io.write_sidecar(make_labelling(recording, ["LASI"]), tmp_path / "a.json")
+    assert json.loads((tmp_path / "a.json").read_text())["notes"] == ["it is odd"]
+    io.write_sidecar(make_labelling(make_recording(), ["LASI"]), tmp_path / "b.json")
+    assert "notes" not in json.loads((tmp_path / "b.json").read_text())
 
 
 def test_columns_of_raw_points(tmp_path):

@@ -229,9 +229,10 @@ def test_motive_keeps_its_other_columns_and_ids(tmp_path):
 def test_another_format_than_the_sources_is_refused(tmp_path):
     labelling = make_labelling(io.read(saved(tmp_path, "vicon.csv")), ["LASI"])
     with pytest.raises(io.WriteError, match="only in the format"):
-        io.write_labelled(labelling, tmp_path / "out.trc")
-    io.write_labelled(labelling, tmp_path / "out.c3d")
-    assert io.read(tmp_path / "out.c3d").labels[0] == "LASI"
+        io.write_labelled(labelling, tmp_path / "out.tsv")
+    for name in ("out.c3d", "out.trc"):
+        io.write_labelled(labelling, tmp_path / name)
+        assert io.read(tmp_path / name).labels[0] == "LASI"
 
 
 def test_a_source_that_changed_is_refused(tmp_path):

@@ -66,6 +66,15 @@ def test_of_two_that_contradict_each_other_none_is_left_out_but_it_is_said(tmp_p
     assert "look which of them is right" in "".join(choice.lines())
 
 
+@pytest.mark.parametrize("names", ["ab", "ba"])
+def test_of_two_the_one_that_contradicts_itself_as_well_is_left_out(tmp_path, names):
+    wrong = exchanged(taken("walking", 5), "LKNE", "LTIB", slice(30, 60))
+    choice = choose(write(tmp_path, **dict(zip(names, [wrong, taken(seed=1)], strict=True))))
+    compare_labels(choice)
+    assert used(choice) == [f"{names[1]}.c3d"] and not choice.notes
+    assert "frames 31-60" in choice.left_out[tmp_path / f"{names[0]}.c3d"]
+
+
 def test_a_label_that_is_wrong_for_a_moment_harms_no_model(tmp_path):
     brief = exchanged(taken("walking", 5, 240), "LKNE", "LTIB", slice(50, 52))
     choice = choose(write(tmp_path, a=taken(seed=1), b=brief, c=taken("walking", 2)))

@@ -30,7 +30,7 @@ def test_what_is_sure_is_in_no_doubt(sure):
     [
         (track(0.94), sidecar(), LOOSELY),
         (track(0.8, frames=200), sidecar(), LOOSELY),
-        (track(0.8, frames=2), sidecar(), BRIEFLY),
+        (track(0.9, frames=2), sidecar(), BRIEFLY),
         (track(0.1, frames=20), sidecar(), LOOSELY),
         (track(TUNING.poor_fit_share), sidecar(0.6), BADLY),
         (track(0.75), sidecar(0.6), LOOSELY),
@@ -59,6 +59,8 @@ def test_troubles_of_all_labels():
     unit = sidecar(figures={"doubts": ["its unit is probably m and not mm"]})
     assert troubles_of(unit) == ["Its unit is probably m and not mm."]
     assert troubles_of(sidecar(0.0, trajectories=[]))[0].startswith("No point fits the model")
+    explained = sidecar(0.0, trajectories=[], figures={"doubts": ["its unit is probably m and not mm"]})
+    assert troubles_of(explained) == ["Its unit is probably m and not mm."]
 
 
 def test_sidecars_as_they_are_written():

@@ -10,6 +10,7 @@ from browser import assert_self_contained, data_of, needs_browser, shown
 from making import make_labelling, make_recording
 
 from dshpm_jax import Labelling, Recording, io
+from dshpm_jax._corrections import Correction, append, corrections_path
 from dshpm_jax._labelling import Reason
 from dshpm_jax.report._page import GENERATOR
 from dshpm_jax.report._page_name import PAGE_NAME
@@ -48,6 +49,18 @@ def page_of(out, rows) -> str:
 
 def trials_of(data: dict) -> list[dict]:
     return [dict(zip(FIELDS, trial, strict=True)) for trial in data["trials"]]
+
+
+def test_what_persons_said_is_told(tmp_path):
+    found = labelling_of(make_recording(20), ["LASI", "RASI", "SACR"], 0.99)
+    reason = (Reason.KNOWN, *found.reason[1:])
+    rows = [add_result(tmp_path, "walk.c3d", replace(found, reason=reason)), add_result(tmp_path, "run.c3d", found)]
+    source = tmp_path / "raw.c3d"
+    io.write_c3d(found.recording, source)
+    append(corrections_path(tmp_path / "walk.c3d"), Correction("confirm", whole=True), source)
+    corrections_path(tmp_path / "run.c3d").write_text("nonsense")
+    trials = {trial["name"]: trial["more"].get("said") for trial in trials_of(data_of(page_of(tmp_path, rows)))}
+    assert trials == {"walk.c3d": "confirmed, 1 trajectory known", "run.c3d": None}
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from making import make_labelling, make_model, make_recording
 
 import dshpm_jax
-from dshpm_jax import Labelling, Reason, Recording, io
+from dshpm_jax import Labelling, Reason, Recording, io, view
 from dshpm_jax.__main__ import main
 from dshpm_jax.report._doubts import CAUSES
 from dshpm_jax.report._film import make_film
@@ -320,3 +320,13 @@ def test_a_browser_turns_names_into_python(tmp_path):
     assert (
         " ".join(title.split()) == 'names = {0: "LASI", 3: "a \\"b\\""} segments = { "pelvis": ["LASI", "a \\"b\\""], }'
     )
+
+
+def test_notes_of_the_reader_are_shown(tmp_path):
+    recording = replace(make_recording(), notes=("2 points keep their coordinates",))
+    assert data_of(view(recording).html)["notes"] == ["2 points keep their coordinates"]
+    labelling = make_labelling(recording, ["LASI"])
+    io.write_labelled(labelling, tmp_path / "walk.c3d")
+    io.write_sidecar(labelling, tmp_path / "walk.labels.json")
+    for page in (view(labelling), view(tmp_path / "walk.c3d")):
+        assert data_of(page.html)["notes"] == ["2 points keep their coordinates"]

@@ -7,9 +7,18 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from dshpm_jax._control.full.overlap import overlap_blocks
+from dshpm_jax._control.problem import LabellingProblem
 from dshpm_jax._types import NO_MATCH
 
 WHOLE = 1e-6  # a share of a pair that is so near to all or nothing is that
+
+
+def assign(
+    problem: LabellingProblem, gain: Float[np.ndarray, "trajectories markers"]
+) -> Int[np.ndarray, " trajectories"]:
+    """`assign_labels` around the labels that are given."""
+    t, fixed = problem.trajectories, problem.fixed
+    return fixed.on(assign_labels(gain if fixed.open is None else np.where(fixed.open, gain, 0.0), t.start, t.stop))
 
 
 def assign_labels(

@@ -3,14 +3,28 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from dshpm_jax._control.full.assignment import margins
+from dshpm_jax._control.full.moves import around_fixed, frames_touched, judge_moves
+from dshpm_jax._control.full.neighbourhoods.near_swaps import propose_near_swaps
 from dshpm_jax._control.full.objective import Solution, model_fit
+from dshpm_jax._control.full.own_distances import own_distances
 from dshpm_jax._control.problem import LabellingProblem
 from dshpm_jax._control.tuning import TUNING, Tuning
 from dshpm_jax._labelling import Reason
+from dshpm_jax._requests import Control
 from dshpm_jax._types import NO_MATCH
+
+WEIGHTS = (
+    "confidence_base",
+    "confidence_per_nat",
+    "confidence_per_decade",
+    "confidence_per_own_nat",
+    "confidence_per_margin_nat",
+    "confidence_per_swap_nat",
+)
+"""The fields of `Tuning` that the log odds of a label are summed with, in the order of `confidence_features`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,6 +37,7 @@ class FinalLabels:
         reason: why each has its label or none.
         could_be: the label withheld from each, then the best of the others that would pay; `NO_MATCH` beyond.
         model_fit: see `objective.model_fit`.
+        against: which labels are given although the evidence is against them.
     """
 
     identity: Int[np.ndarray, " trajectories"]
@@ -30,25 +45,36 @@ class FinalLabels:
     reason: tuple[Reason, ...]
     could_be: Int[np.ndarray, "trajectories 2"]
     model_fit: float
+    against: Bool[np.ndarray, " trajectories"]
 
 
-def finalise(problem: LabellingProblem, solution: Solution) -> FinalLabels:
-    """The labels as they are given out: those less likely to be right than `Settings.min_confidence` are withheld."""
+def finalise(problem: LabellingProblem, solution: Solution, fit: float | None = None) -> Control[FinalLabels]:
+    """The labels as they are given out: those less likely to be right than `Settings.min_confidence` are withheld.
+
+    Arguments:
+        fit: the model fit of the whole recording, where the problem is a part of it.
+    """
     t, tuning = problem.trajectories, problem.tuning
-    fit = round(model_fit(problem, solution), 4)  # as it is told, so that line and confidences agree
+    fit = model_fit(problem, solution) if fit is None else fit
+    fit = round(fit, 4)  # as it is told, so that line and confidences agree
     named = solution.identity != NO_MATCH
-    chance = np.minimum(_chance(problem, solution), ceiling_of(fit, tuning))
+    chance = yield from _chance(problem, solution)
+    chance = np.minimum(chance, ceiling_of(fit, tuning))
     best = solution.llr.max(1)
     none = _logistic(tuning.accept_llr - best)
-    withheld = named & (chance < problem.settings.min_confidence)
+    fixed = problem.fixed
+    withheld = named & (chance < problem.settings.min_confidence) & ~fixed.given
     margin = margins(solution.identity, solution.llr, t.start, t.stop)
     reason = np.where(best > tuning.accept_llr, Reason.TAKEN, Reason.OUTSIDE)
     reason = np.where(named, Reason.MATCHED, reason)
     reason = np.where(withheld, np.where(margin < tuning.near_tie_llr, Reason.AMBIGUOUS, Reason.DOUBTFUL), reason)
     identity = np.where(withheld, NO_MATCH, solution.identity)
     confidence = np.where(withheld, 1.0 - chance, np.where(named, chance, none))
+    reason, confidence = np.where(fixed.given, Reason.KNOWN, reason), np.where(fixed.given, 1.0, confidence)
     could_be = _alternatives(problem, solution, identity)
-    return FinalLabels(identity, confidence, tuple(map(Reason, reason)), could_be, fit)
+    own = solution.llr[np.arange(len(t)), np.maximum(identity, 0)]
+    against = fixed.given & (identity != NO_MATCH) & (own < tuning.known_doubt_llr)
+    return FinalLabels(identity, confidence, tuple(map(Reason, reason)), could_be, fit, against)
 
 
 def ceiling_of(fit: float, tuning: Tuning = TUNING) -> float:
@@ -73,17 +99,48 @@ def _alternatives(
     return np.stack([first, second], axis=1).astype(np.int32)
 
 
-def _chance(problem: LabellingProblem, solution: Solution) -> Float[np.ndarray, " trajectories"]:
-    """The probability that each label is right; means nothing where there is none.
+def _chance(problem: LabellingProblem, solution: Solution) -> Control[Float[np.ndarray, " trajectories"]]:
+    """The probability that each label is right; means nothing where there is none."""
+    tuning = problem.tuning
+    share = tuning.rescaled_share if problem.settings.rescale else 1.0
+    features = yield from confidence_features(problem, solution)
+    return share * _logistic(features @ np.array([getattr(tuning, name) for name in WEIGHTS]))
 
-    The margin to the best rival adds nothing to it: exact assignment and moves have weighed the rivals already.
+
+def confidence_features(
+    problem: LabellingProblem, solution: Solution
+) -> Control[Float[np.ndarray, "trajectories features"]]:
+    """What the log odds of each label are a weighted sum of, each bounded on both sides so that none decides alone.
+
+    They are 1, its mean evidence (nats), the decades of its life in seconds, what the recording's own distances say of
+    it (nats), by how much more than of its best rival (nats), and what it would cost to exchange it with a near label
+    (nats a frame).
     """
     t, tuning = problem.trajectories, problem.tuning
-    own = solution.llr[np.arange(len(t)), np.maximum(solution.identity, 0)]
-    seconds = np.clip((t.stop - t.start) / t.rate, *tuning.confidence_seconds)
-    share = tuning.rescaled_share if problem.settings.rescale else 1.0
-    by_evidence = tuning.confidence_base + tuning.confidence_per_nat * np.clip(own, *tuning.confidence_llr)
-    return share * _logistic(by_evidence + tuning.confidence_per_decade * np.log10(seconds))
+    own = own_distances(problem, solution)
+    swap = yield from _swap_losses(problem, solution)
+    values_and_bounds = (
+        (solution.llr[np.arange(len(t)), np.maximum(solution.identity, 0)], tuning.confidence_llr),
+        (np.log10(np.clip((t.stop - t.start) / t.rate, *tuning.confidence_seconds)), (-np.inf, np.inf)),
+        (own.llr, tuning.confidence_own_llr),
+        (own.margin, tuning.confidence_margin),
+        (swap, tuning.confidence_swap_loss),
+    )
+    bounded = [np.clip(values, low, high) for values, (low, high) in values_and_bounds]
+    return np.stack([np.ones(len(t)), *bounded], axis=1)
+
+
+def _swap_losses(problem: LabellingProblem, solution: Solution) -> Control[Float[np.ndarray, " trajectories"]]:
+    """What the cheapest swap with a near label costs each trajectory (nats a frame); infinite where none is near."""
+    swaps = (around_fixed(problem, move) for move in propose_near_swaps(problem, solution.identity))
+    moves = [move for move in swaps if len(move.trajectories)]
+    loss = np.full(len(problem.trajectories), np.inf)
+    if not moves:
+        return loss
+    worth = yield from judge_moves(problem, solution, moves)
+    for move, gain in zip(moves, worth, strict=True):
+        loss[move.trajectories] = np.minimum(loss[move.trajectories], -gain / frames_touched(problem, move))
+    return loss
 
 
 def _logistic(log_odds: np.ndarray) -> np.ndarray:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float, Int
 
-from dshpm_jax._control.full.assignment import assign_labels
+from dshpm_jax._control.full.assignment import assign
 from dshpm_jax._control.paper.dynamic import identify
 from dshpm_jax._control.partial_labels import PartialLabels
 from dshpm_jax._control.problem import LabellingProblem
@@ -68,7 +68,7 @@ class Votes:
         for part in parts:
             named = np.flatnonzero(part.identity != NO_MATCH)
             self.count[named, part.identity[named]] += 1
-        self.identity = assign_labels(self.count, self.problem.trajectories.start, self.problem.trajectories.stop)
+        self.identity = assign(self.problem, self.count)
 
 
 def usual_number(problem: LabellingProblem) -> int:

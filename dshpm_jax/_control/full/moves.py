@@ -8,10 +8,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from dshpm_jax._control.full.evidence import FrameEvidence, evidence_after, labels_in
 from dshpm_jax._control.full.objective import Solution
+from dshpm_jax._control.full.whole_body import whole_body_gains
 from dshpm_jax._control.problem import LabellingProblem
 from dshpm_jax._geometry import evenly_spaced
 from dshpm_jax._requests import Control
@@ -32,6 +33,17 @@ class Move:
     promise: float
 
 
+def around_fixed(problem: LabellingProblem, move: Move) -> Move:
+    """What of a move can be made while the labels that are given stay."""
+    fixed = problem.fixed
+    if fixed.open is None:
+        return move
+    free = ~fixed.given[move.trajectories]
+    trajectories, labels = move.trajectories[free], move.labels[free]
+    allowed = fixed.open[trajectories, np.maximum(labels, 0)]
+    return Move(trajectories, np.where(allowed, labels, NO_MATCH), move.promise)
+
+
 def judge_moves(problem: LabellingProblem, solution: Solution, moves: Sequence[Move]) -> Control[np.ndarray]:
     """What each move is worth (nat frames), judged in a few sampled frames of the lives that it touches."""
     t, before = problem.trajectories, solution.evidence
@@ -39,9 +51,7 @@ def judge_moves(problem: LabellingProblem, solution: Solution, moves: Sequence[M
     for move in moves:
         changed = solution.identity.copy()
         changed[move.trajectories] = move.labels
-        alive = np.zeros(t.num_frames, bool)
-        for j in move.trajectories:
-            alive[t.start[j] : t.stop[j]] = True
+        alive = _alive(problem, move)
         touched = np.flatnonzero(alive[before.frames])
         picked = touched[evenly_spaced(len(touched), problem.tuning.move_frames, rounded=True)]
         rows.append(picked)
@@ -53,7 +63,22 @@ def judge_moves(problem: LabellingProblem, solution: Solution, moves: Sequence[M
     difference = _worth(problem, after) - _worth(problem, known)
     difference += after.distance_llr - known.distance_llr
     first = np.concatenate([[0], np.cumsum(sizes)[:-1]])
-    return np.add.reduceat(difference, first) / sizes * lives
+    whole = whole_body_gains(problem, solution.identity, [(move.trajectories, move.labels) for move in moves])
+    return np.add.reduceat(difference, first) / sizes * lives + whole * t.num_frames
+
+
+def frames_touched(problem: LabellingProblem, move: Move) -> int:
+    """In how many frames a move changes a label."""
+    return int(_alive(problem, move).sum())
+
+
+def _alive(problem: LabellingProblem, move: Move) -> Bool[np.ndarray, " frames"]:
+    """The frames in which any trajectory of a move lives."""
+    t = problem.trajectories
+    alive = np.zeros(t.num_frames, bool)
+    for j in move.trajectories:
+        alive[t.start[j] : t.stop[j]] = True
+    return alive
 
 
 def _worth(problem: LabellingProblem, evidence: FrameEvidence) -> Float[np.ndarray, " frames"]:

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from dshpm_jax._control.full.evidence import FrameEvidence, mean_over_lives
+from dshpm_jax._control.full.whole_body import whole_body_gain
 from dshpm_jax._control.problem import LabellingProblem
 from dshpm_jax._types import NO_MATCH
 
@@ -16,7 +17,8 @@ class Solution:
 
     Attributes:
         identity: the marker of each trajectory, `NO_MATCH` where unknown.
-        llr: mean log-likelihood ratio of each label for each trajectory, given `identity` (nats).
+        llr: mean log-likelihood ratio of each label for each trajectory, given `identity` (nats); `CLOSED_LLR` for
+            labels that it cannot get.
         objective: what the labelling is worth (nat frames); larger is better.
         evidence: the evidence in the sampled frames.
     """
@@ -29,7 +31,7 @@ class Solution:
     @classmethod
     def of(cls, problem: LabellingProblem, identity: np.ndarray, evidence: FrameEvidence) -> "Solution":
         """The solution with these labels, judged by the evidence that they make."""
-        llr = mean_over_lives(problem, evidence)
+        llr = problem.fixed.llr(mean_over_lives(problem, evidence))
         return cls(identity, llr, objective(problem, identity, llr, evidence), evidence)
 
 
@@ -46,9 +48,15 @@ class Incumbent:
     def objective(self) -> float:
         return self.solution.objective
 
-    def offer(self, other: Solution | None) -> bool:
-        """Takes the other solution's place if that is worth more; whether it does."""
-        if other is None or other.objective <= self.solution.objective:
+    def offer(self, problem: LabellingProblem, other: Solution | None) -> bool:
+        """Takes the other solution's place if that is worth more; whether it does.
+
+        Here the whole body is asked too: by how much the mean distances prefer the other.
+        """
+        if other is None:
+            return False
+        whole = whole_body_gain(problem, self.solution.identity, other.identity) * problem.trajectories.num_frames
+        if other.objective + whole <= self.solution.objective:
             return False
         self.solution = other
         return True

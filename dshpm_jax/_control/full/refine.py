@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Int
 
-from dshpm_jax._control.full.assignment import any_overlap, assign_labels, margins
+from dshpm_jax._control.full.assignment import any_overlap, assign, margins
 from dshpm_jax._control.full.evidence import FrameEvidence, evidence_after, evidence_in, labels_in, sample_frames
-from dshpm_jax._control.full.moves import Move, apply_moves, judge_moves
+from dshpm_jax._control.full.moves import Move, apply_moves, around_fixed, judge_moves
 from dshpm_jax._control.full.neighbourhoods.exchanges import propose_moves
 from dshpm_jax._control.full.objective import Incumbent, Solution, better_of, gains
 from dshpm_jax._control.problem import LabellingProblem
@@ -27,13 +27,15 @@ def refine_labels(
 ) -> Control[Solution]:
     """Judges and assigns in turn until nothing changes; returns the best solution on the way.
 
-    `identity` may give one label to trajectories that share a frame; what that would be worth is no measure.
+    `identity` may give one label to trajectories that share a frame; what that would be worth is no measure. Labels
+    that are given take their places in it, whoever proposed it.
 
     Arguments:
         evidence: of other labels in the frames in which these are judged; by default they are judged afresh.
         schedule: margins (nats) by which a label must win, one after the other.
     """
     tuning, best = problem.tuning, None
+    identity = problem.fixed.on(identity)
     overlapping = any_overlap(identity, problem.trajectories.start, problem.trajectories.stop)
     for margin in schedule:
         since = 0
@@ -89,11 +91,11 @@ def _assigned(problem: LabellingProblem, solution: Solution, margin: float) -> I
     llr = solution.llr.copy()
     named = np.flatnonzero(solution.identity != NO_MATCH)
     llr[named, solution.identity[named]] += problem.tuning.keep_llr
-    identity = assign_labels(gains(problem, llr), t.start, t.stop)
+    identity = assign(problem, gains(problem, llr))
     if margin > 0:
         named = np.flatnonzero(identity != NO_MATCH)
         identity[named[margins(identity, solution.llr, t.start, t.stop)[named] < margin]] = NO_MATCH
-    return identity
+    return problem.fixed.on(identity)
 
 
 def improve(problem: LabellingProblem, incumbent: Incumbent) -> Control[None]:
@@ -101,12 +103,13 @@ def improve(problem: LabellingProblem, incumbent: Incumbent) -> Control[None]:
     for _ in range(problem.tuning.max_move_rounds):
         moves = propose_moves(problem, incumbent.solution)
         following = yield from make_moves(problem, incumbent.solution, moves)
-        if not incumbent.offer(following):
+        if not incumbent.offer(problem, following):
             return
 
 
 def make_moves(problem: LabellingProblem, solution: Solution, moves: Sequence[Move]) -> Control[Solution | None]:
     """What becomes of the solution with those of `moves` made that pay, better or worse; None if none does."""
+    moves = [move for move in (around_fixed(problem, move) for move in moves) if len(move.trajectories)]
     if not moves:
         return None
     worth = yield from judge_moves(problem, solution, moves)

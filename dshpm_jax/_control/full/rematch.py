@@ -1,9 +1,11 @@
 """Segments that are missing or fit badly, looked for again now that the rest of the body stands."""
 
+from collections.abc import Container
+
 import numpy as np
 from jaxtyping import Bool, Float
 
-from dshpm_jax._control.full.assignment import assign_labels
+from dshpm_jax._control.full.assignment import assign
 from dshpm_jax._control.full.evidence import FrameEvidence, of_neighbours, slot_of_marker
 from dshpm_jax._control.full.objective import Incumbent, Solution, better_of, gain_in_frames
 from dshpm_jax._control.full.refine import refine_best, refine_labels
@@ -19,12 +21,17 @@ from dshpm_jax._types import NO_MATCH
 _Trial = tuple[tuple[int, ...], bool]
 
 
-def rematch(problem: LabellingProblem, incumbent: Incumbent) -> Control[None]:
-    """Looks for missing and badly fitting segments again, alone and with all that hangs from them; keeps what pays."""
+def rematch(problem: LabellingProblem, incumbent: Incumbent, only: Container[int] | None = None) -> Control[None]:
+    """Looks for missing and badly fitting segments again, alone and with all that hangs from them; keeps what pays.
+
+    Arguments:
+        only: the segments that are looked for; all of them by default.
+    """
     tuning, loose = problem.tuning, problem.loosened(problem.tuning.rematch_tolerance)
     for _ in range(tuning.max_rematch_rounds):
         solution = incumbent.solution
         lacking = frames_lacking_evidence(problem, solution)
+        lacking = {s: frames for s, frames in lacking.items() if only is None or s in only}
         trials = [trial for s in list(lacking)[: tuning.max_rematched] for trial in _trials(problem, s)]
         if not trials:
             return
@@ -34,7 +41,7 @@ def rematch(problem: LabellingProblem, incumbent: Incumbent) -> Control[None]:
         if len(pays) > 1:
             together, _ = yield from _refined(problem, solution, [pays])
             better = better_of(better, together)
-        if not incumbent.offer(better):
+        if not incumbent.offer(problem, better):
             return
 
 
@@ -142,4 +149,4 @@ def _merged(problem: LabellingProblem, solution: Solution, votes: list[np.ndarra
     held = np.zeros(total.shape)
     named = np.flatnonzero(solution.identity != NO_MATCH)
     held[named, solution.identity[named]] = problem.tuning.held_votes
-    return assign_labels((total + held) * (t.stop - t.start)[:, None], t.start, t.stop)
+    return assign(problem, (total + held) * (t.stop - t.start)[:, None])

@@ -7,6 +7,7 @@ from jaxtyping import Int
 
 from dshpm_jax._control.full.evidence import fewer_frames
 from dshpm_jax._control.full.key_frames import Votes
+from dshpm_jax._control.full.neighbourhoods.near_swaps import swap_near
 from dshpm_jax._control.full.neighbourhoods.side_swaps import swap_sides
 from dshpm_jax._control.full.neighbourhoods.subject_swaps import swap_between_subjects
 from dshpm_jax._control.full.objective import Incumbent, Solution, better_of, share_held
@@ -17,7 +18,7 @@ from dshpm_jax._control.problem import LabellingProblem
 from dshpm_jax._requests import Control
 from dshpm_jax._types import NO_MATCH
 
-STAGES = (improve, swap_sides, rematch, improve, swap_between_subjects)
+STAGES = (improve, swap_sides, rematch, improve, swap_near, swap_between_subjects)
 """What is done to the best start, each a control that offers the incumbent what is worth more."""
 
 
@@ -62,13 +63,13 @@ def _best_of_several(problem: LabellingProblem, first: Solution) -> Control[Solu
         votes = Votes.none(problem)
         solution = yield from _led_by(problem, votes, scale)
         found.append(solution.identity)
-        incumbent.offer(solution)
+        incumbent.offer(problem, solution)
         del solution
         if not votes.divided:
             break
     best = incumbent.solution
     agreed = (np.stack(found) == best.identity).mean(0) >= problem.tuning.min_consensus
-    return replace(best, identity=np.where(agreed, best.identity, NO_MATCH))
+    return replace(best, identity=problem.fixed.on(np.where(agreed, best.identity, NO_MATCH)))
 
 
 def _led_by(problem: LabellingProblem, votes: Votes, scale: float) -> Control[Solution]:

@@ -22,7 +22,7 @@ def split_trajectories(problem: LabellingProblem, solution: Solution) -> Control
         if not cuts:
             break
         tracks, source = problem.trajectories.cut(*map(np.array, zip(*cuts)))
-        divided, before = problem.of(tracks), solution.identity[source]
+        divided, before = problem.of(tracks, source), solution.identity[source]
         after = Incumbent((yield from refine_labels(divided, before)))
         yield from improve(divided, after)
         if (after.solution.identity == before).all():
@@ -37,7 +37,7 @@ def propose_cuts(problem: LabellingProblem, solution: Solution) -> list[tuple[in
     first, last = np.searchsorted(frames, t.start), np.searchsorted(frames, t.stop)
     cuts = set()
     long_enough = last - first >= 2 * tuning.min_part_frames
-    for j in np.flatnonzero((solution.identity != NO_MATCH) & long_enough).tolist():
+    for j in np.flatnonzero((solution.identity != NO_MATCH) & long_enough & ~problem.fixed.given).tolist():
         llr = solution.evidence.llr[first[j] : last[j], t.slot[j]].astype(float)
         for row, label in _change_points(llr, int(solution.identity[j]), tuning):
             cuts.add((j, _taken_over(problem, solution, j, label, int(frames[first[j] + row]))))

@@ -122,10 +122,14 @@ def _last_posed(problem: LabellingProblem, match: SegmentMatch, later: int) -> i
 
 
 def accept(problem: LabellingProblem, known: PartialLabels, match: SegmentMatch) -> None:
-    """Writes a match into what is known; whoever held one of its markers or trajectories before gives it up."""
+    """Writes a match into what is known; whoever held one of its markers or trajectories before gives it up,
+    but for what is given."""
     for marker, trajectory in zip(problem.targets[match.segment].markers, match.trajectories):
-        if trajectory != NO_MATCH:
-            known.identity[known.clashes(problem, trajectory, marker)] = NO_MATCH
+        if trajectory == NO_MATCH:
+            continue
+        clashes = known.clashes(problem, trajectory, marker)
+        if not known.given[trajectory] and not (clashes & known.given).any():
+            known.forget(clashes)
             known.identity[trajectory], known.recruited[trajectory] = marker, False
     known.found[match.segment] = True
 
@@ -160,7 +164,7 @@ def _grow(
             return found
         places = problem.trajectories.positions(np.array([frame]), found)[0]
         predicted, _, posed = yield from fit_one(target, places, there)
-        free = known.identity[here] == NO_MATCH
+        free = known.unclaimed(here)
         free[np.searchsorted(here, found[there])] = False
         free = np.flatnonzero(free)
         lost = np.flatnonzero(~there)
@@ -224,7 +228,7 @@ def _identify_again(
     """Identifies a segment afresh from the joins that it has now, without the pairs that proved wrong."""
     own = problem.prepared.owned[segment, known.identity]
     shared = _markers_of_others(problem, known, segment)
-    known.identity[own & ~np.isin(known.identity, shared)] = NO_MATCH
+    known.forget(own & ~np.isin(known.identity, shared))
     match = yield from match_verified(problem, known, segment, frame, banned=banned)
     if match is None:
         return False
@@ -252,4 +256,4 @@ def _drop_unconfirmed(problem: LabellingProblem, known: PartialLabels) -> None:
             if not any(known.found[s] for s in neighbours if s != NO_PARENT):
                 known.found[segment] = False
                 mine = set(problem.targets[segment].markers) - set(_markers_of_others(problem, known, segment))
-                known.identity[np.isin(known.identity, list(mine))] = NO_MATCH
+                known.forget(np.isin(known.identity, list(mine)))

@@ -33,7 +33,7 @@ def propagate(problem: LabellingProblem, known: PartialLabels, frame: int) -> Co
 def recruit_all(problem: LabellingProblem, known: PartialLabels, frame: int) -> Control[None]:
     """Recruits lost markers of all segments in `frame` (Fig. 3), all fits in one request."""
     here, points = problem.trajectories.at(frame)
-    free = np.flatnonzero(known.identity[here] == NO_MATCH)
+    free = np.flatnonzero(known.unclaimed(here))
     if not len(free):
         return
     wanting, shapes, places, lost = [], [], [], []

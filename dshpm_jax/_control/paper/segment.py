@@ -80,15 +80,15 @@ def _asked(
     rigid = yield from problem.rigid(frame)
     identity = known.identity[here]
     own = problem.prepared.owned[segment, identity]
-    free = (identity == NO_MATCH) | (own & (not use_joins))
-    pinned = np.full(len(target.markers), NO_MATCH)
-    if use_joins:
-        carrying = known.trajectories_of(problem, target.markers, frame)
-        pinned = np.where(carrying != NO_MATCH, np.searchsorted(here, carrying), NO_MATCH)
-        if (pinned == NO_MATCH).all():
-            target, points, free, rigid, pinned = yield from _pin_virtual_join(
-                problem, known, segment, frame, points, free, rigid, pinned
-            )
+    free = ((identity == NO_MATCH) | (own & (not use_joins))) & ~known.given[here]
+    carrying = known.trajectories_of(problem, target.markers, frame)
+    if not use_joins:
+        carrying = np.where(known.given[carrying], carrying, NO_MATCH)
+    pinned = np.where(carrying != NO_MATCH, np.searchsorted(here, carrying), NO_MATCH)
+    if use_joins and (pinned == NO_MATCH).all():
+        target, points, free, rigid, pinned = yield from _pin_virtual_join(
+            problem, known, segment, frame, points, free, rigid, pinned
+        )
     pairs = tuple(_banned_pairs(target, here, banned))
     first = problem.settings.method != "full"
     return MatchSegment(target, points, free, rigid, pinned, *_hypotheses(pinned, free), pairs, first)

@@ -27,7 +27,7 @@ def as_clear_as_the_population(
     """
     log_odds = tuning.clear_base + tuning.clear_per_nat * np.nan_to_num(margins.nats, nan=np.inf)
     chance = 1.0 / (1.0 + np.exp(-np.clip(log_odds, -30.0, 30.0)))
-    named = final.identity != NO_MATCH
+    named = (final.identity != NO_MATCH) & ~problem.fixed.given
     most = np.where(named, chance[np.maximum(labels, 0)], 1.0)
     confidence = np.where(named, np.minimum(final.confidence, most), final.confidence)
     open_ = np.flatnonzero(named & (confidence < problem.settings.min_confidence))

@@ -41,6 +41,7 @@ def as_the_population_says(
     for changed in _changes(before, identity):
         undone = identity.copy()
         undone[changed] = before[changed]
+        undone = problem.fixed.on(undone)
         if any_overlap(undone, problem.trajectories.start, problem.trajectories.stop):
             undone = _without_rivals(problem, undone, changed)
         if worth is None:

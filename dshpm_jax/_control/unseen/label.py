@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Int
 
+from dshpm_jax._control.fixed_labels import FixedLabels
 from dshpm_jax._control.full.confidence import FinalLabels, finalise
 from dshpm_jax._control.full.objective import Solution
 from dshpm_jax._control.full.search import improved_from
@@ -42,20 +43,21 @@ def label_unseen(
     subject: MarkerSet | Member,
     settings: Settings,
     tuning: Tuning,
+    fixed: FixedLabels | None = None,
     set_tuning: SetTuning = TUNING,
 ) -> Control[UnseenLabels]:
-    """The labels of one recording of a subject who wears the markers of a set."""
-    markers = subject.markers if isinstance(subject, Member) else subject
+    """The labels of one recording of a subject who wears the markers of a set; labels that are given stay."""
+    fixed = fixed or FixedLabels.none(trajectories)
+    markers = subject.marker_set if isinstance(subject, Member) else subject
     found = yield from _found([trajectories], subject, settings, tuning, set_tuning)
     model = subject.model if isinstance(subject, Member) else own_model(markers, found.known)
-    problem = LabellingProblem(trajectories, model, settings, tuning)
-    start = found.identity[0].astype(np.int32)
+    problem = LabellingProblem(trajectories, model, settings, tuning, fixed=fixed)
+    start = fixed.on(found.identity[0].astype(np.int32))
     solution = yield from improved_from(problem, start)
     solution = yield from as_the_population_says(problem, start, solution, markers, found.known, set_tuning)
     problem, solution = yield from split_trajectories(problem, solution)
-    final = as_clear_as_the_population(
-        problem, finalise(problem, solution), solution.identity, found.margins, set_tuning
-    )
+    final = yield from finalise(problem, solution)
+    final = as_clear_as_the_population(problem, final, solution.identity, found.margins, set_tuning)
     return UnseenLabels(problem, solution, found, final)
 
 
@@ -82,7 +84,7 @@ def _found(
     """What the population says of the recordings of one subject."""
     markers, known = subject, None
     if isinstance(subject, Member):
-        markers, known = subject.markers, posterior_of_model(subject.markers, subject.model, set_tuning)
+        markers, known = subject.marker_set, posterior_of_model(subject.marker_set, subject.model, set_tuning)
     assert isinstance(markers, MarkerSet)
     seen = [Seen(k, moment) for k, t in enumerate(recordings) for moment in choose_moments(t, set_tuning)]
     permutations = exchanges(markers, settings, tuning)

@@ -24,13 +24,13 @@ def update_labels(problem: LabellingProblem, given: Int[np.ndarray, "frames colu
     """
     start = carried_on(problem, given)
     if (start == NO_MATCH).all():
-        return finalise(problem, (yield from search(problem)))
+        return (yield from finalise(problem, (yield from search(problem))))
     incumbent = Incumbent((yield from refine_labels(problem, start)))
     yield from improve(problem, incumbent)
     yield from rematch(problem, incumbent)
     if _share(problem, incumbent.solution) < problem.tuning.start_anew_below:
-        incumbent.offer((yield from search(problem)))
-    return finalise(problem, incumbent.solution)
+        incumbent.offer(problem, (yield from search(problem)))
+    return (yield from finalise(problem, incumbent.solution))
 
 
 def carried_on(problem: LabellingProblem, given: np.ndarray) -> Int[np.ndarray, " trajectories"]:

@@ -55,7 +55,8 @@ def rescaled(
 def _labels(problem: LabellingProblem) -> Control[tuple[Trajectories, np.ndarray, float]]:
     """Trajectories, labels of them that can be trusted, and what all are worth."""
     problem, solution = yield from solve(problem)
-    return problem.trajectories, finalise(problem, solution).identity, solution.objective
+    final = yield from finalise(problem, solution)
+    return problem.trajectories, final.identity, solution.objective
 
 
 def _roughly(problem: LabellingProblem) -> Control[float]:

@@ -36,8 +36,10 @@ function obey() {
 document.querySelector("h1").textContent = DATA.name;
 element("about").textContent = `${names.length} labels, ${frames.toLocaleString("en")} frames, `
   + `${(frames / rate).toFixed(1)} s at ${+rate.toFixed(2)} Hz`;
-for (const trouble of DATA.troubles) element("troubles").append(Object.assign(document.createElement("p"), {textContent: trouble}));
-element("troubles").hidden = !DATA.troubles.length;
+for (const kind of ["troubles", "notes"]) {
+  for (const text of DATA[kind]) element(kind).append(Object.assign(document.createElement("p"), {textContent: text}));
+  element(kind).hidden = !DATA[kind].length;
+}
 element("doubting").hidden = !doubts.length;
 element("doubtkeys").hidden = !doubts.length;
 tellDoubt();

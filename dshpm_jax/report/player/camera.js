@@ -6,7 +6,6 @@ const ASIDE_ROOM = 28, TOP_ROOM = 56, BOTTOM_ROOM = 18, SAMPLES = 40, STRAYS = 0
 const STRIDE_SECONDS = 1.1, STRIDE_STEPS = 6;
 const fitted = {scale: 1, centre: [0, 0]};  // pixels for a mm, and what is in the middle
 
-const figureColumns = Array.from({length: names.length || CAMERA}, (_, c) => c);
 const follows = () => element("follow").checked;
 
 // Turns a place into mm on the picture, right and up, and how far away it is, as seen in a frame.
@@ -32,18 +31,24 @@ function camera() {
   };
 }
 
-// Scale and middle with which the figure of all frames is in view, but for a few strays.
-function fit() {
+// Places of columns before `stop` on the picture of some frames, as numbers to the right and upwards.
+function spread(stop) {
   const across = [], up = [];
   for (let k = 0; k < SAMPLES; k++) {
     const frame = Math.round(k * (frames - 1) / (SAMPLES - 1)), look = looking(frame);
-    for (const column of figureColumns) {
+    for (let column = 0; column < stop; column++) {
       if (!seen(frame, column)) continue;
       const [right, top] = look(place(frame, column));
       across.push(right);
       up.push(top);
     }
   }
+  return across.length || stop === CAMERA ? [across, up] : spread(CAMERA);
+}
+
+// Scale and middle with which the figure of all frames is in view, but for a few strays; all points where none has a name.
+function fit() {
+  const [across, up] = spread(names.length);
   if (!across.length) return;
   const ends = [across, up].map(list => {
     list.sort((a, b) => a - b);

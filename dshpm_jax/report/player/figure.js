@@ -95,11 +95,12 @@ function drawDot([x, y], column) {
     pen.strokeStyle = theme.panel;
     pen.stroke();
   }
-  if (span?.doubtful || column === view.chosen || column === view.hovered) {
+  const ring = ringOf(column, span);
+  if (ring) {
     pen.beginPath();
     pen.arc(x, y, 7.5, 0, 7);
     pen.lineWidth = 1.6;
-    pen.strokeStyle = column === view.chosen || column === view.hovered ? theme.ink : sureness(span.confidence);
+    pen.strokeStyle = ring;
     pen.stroke();
   }
 }
@@ -135,6 +136,7 @@ function draw() {
   for (const {column} of dots) if (column < names.length) drawDot(at[column], column);
   const named = dots.filter(({column}) => column < names.length).map(({column}) => column);
   drawNames(at, element("named").checked ? named : named.filter(column => column === view.chosen));
+  drawMore(project);
 }
 
 function describe(column, frame) {

@@ -69,3 +69,12 @@ function stretches(column) {
 
 const colourOf = column => partOf[column] < 0 ? theme.accent : parts[partOf[column]].colour;
 const sureness = confidence => SURENESS.find(([least]) => confidence >= least)[1];
+
+// The colour of the ring round a point, if it has one.
+function ringOf(column, span) {
+  if (column === view.chosen || column === view.hovered) return theme.ink;
+  return span?.doubtful ? sureness(span.confidence) : null;
+}
+
+const outlined = () => doubts[view.doubt];  // the trajectory with a frame on the timeline
+const drawMore = () => {};  // besides the figure

@@ -60,11 +60,13 @@ function drawStretches(ink, row, y, width) {
     ink.fillStyle = theme.line;
     ink.fillRect(x, y + ROW / 2 - 0.5, frameX(first, width) - x, 1);
   });
-  const chosen = doubts[view.doubt];
-  if (chosen?.column !== row.column) return;
-  const x = frameX(chosen.first, width);
+  if (outlined()?.column === row.column) drawOutline(ink, y, ROW, width);
+}
+
+function drawOutline(ink, y, high, width) {
+  const {first, last} = outlined(), x = frameX(first, width);
   ink.strokeStyle = theme.ink;
-  ink.strokeRect(x - 1.5, y + 1.5, Math.max(frameX(chosen.last + 1, width) - x, 1) + 3, ROW - 3);
+  ink.strokeRect(x - 1.5, y + 1.5, Math.max(frameX(last + 1, width) - x, 1) + 3, high - 3);
 }
 
 // How many unlabelled points there are.
@@ -77,6 +79,7 @@ function drawOthers(ink, y, width) {
     const high = 22 * counts[t] / top, x = frameX(t, width);
     ink.fillRect(x, y + 26 - high, Math.max(frameX(t + 1, width) - x, 0.7), high);
   }
+  if (outlined()?.column >= names.length) drawOutline(ink, y, 28, width);
 }
 
 // Shows the row of a column in the middle, if it is not in view.

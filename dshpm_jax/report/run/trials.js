@@ -21,6 +21,7 @@ const nameColumn = {
   title: "Trial", key: trial => trial.name,
   show: (cell, trial) => {
     breakable(linked(cell, pageOf(trial), "name"), trial.name);
+    if (trial.more.said) make("small", cell, trial.more.said, "soft");
     for (const why of trial.more.why ?? []) make("small", cell, why, tone(trial.outcome) === "good" ? "soft" : tone(trial.outcome));
   },
 };

@@ -6,8 +6,15 @@ import numpy as np
 import pytest
 
 from dshpm_jax import Reason, Settings
-from dshpm_jax._control.full.confidence import _alternatives, ceiling_of, finalise
+from dshpm_jax._control.full.confidence import (
+    _alternatives,
+    _swap_losses,
+    ceiling_of,
+    confidence_features,
+    finalise,
+)
 from dshpm_jax._control.full.objective import Solution
+from dshpm_jax._control.full.own_distances import own_distances
 from dshpm_jax._control.full.refine import refine_labels
 from dshpm_jax._control.problem import LabellingProblem
 from dshpm_jax._control.tuning import TUNING
@@ -22,7 +29,8 @@ def test_no_label_of_a_doubtful_model_is_certain(problem, truth, run):
     share = TUNING.poor_fit_share
     assert ceiling_of(TUNING.poor_fit_below) == 1.0 and problem.settings.min_confidence < share
     solution = run(refine_labels(problem, truth))
-    sure, unsure = finalise(problem, solution), finalise(with_tuning(problem, poor_fit_below=100.0), solution)
+    sure = run(finalise(problem, solution))
+    unsure = run(finalise(with_tuning(problem, poor_fit_below=100.0), solution))
     np.testing.assert_array_equal(unsure.identity, sure.identity)
     named = sure.identity != NO_MATCH
     np.testing.assert_array_equal(unsure.confidence[named], np.minimum(sure.confidence[named], share))
@@ -33,7 +41,7 @@ def test_no_label_of_a_doubtful_model_is_certain(problem, truth, run):
 def test_labels_under_the_least_confidence_are_withheld(problem, truth, run, least, none_left):
     strict = LabellingProblem(problem.trajectories, problem.model, Settings(min_confidence=least))
     solution = run(refine_labels(strict, truth))
-    final = finalise(strict, solution)
+    final = run(finalise(strict, solution))
     named = solution.identity != NO_MATCH
     assert (final.identity[named] == NO_MATCH).all() == none_left
     withheld = named & (final.identity == NO_MATCH)
@@ -50,14 +58,25 @@ def test_what_else_a_trajectory_could_be(problem):
     assert _alternatives(problem, solution, given_out).tolist() == [[1, none], [none, none], [1, 2], [2, none]]
 
 
-def test_a_second_of_life_and_each_nat_and_decade_are_worth_what_the_tuning_says(problem, truth, run):
-    """Log odds add up, clipped where the tuning says."""
+def test_log_odds_add_up_by_the_weights_of_the_tuning(problem, truth, run):
     solution, t = run(refine_labels(problem, truth)), problem.trajectories
     open_to_all = LabellingProblem(t, problem.model, Settings(min_confidence=0.0))
-    final = finalise(open_to_all, solution)
+    final, own = run(finalise(open_to_all, solution)), own_distances(problem, solution)
+    swap = run(_swap_losses(open_to_all, solution))
     for j in np.flatnonzero(solution.identity != NO_MATCH):
-        own = np.clip(solution.llr[j, solution.identity[j]], *TUNING.confidence_llr)
         seconds = np.clip((t.stop[j] - t.start[j]) / t.rate, *TUNING.confidence_seconds)
-        odds = TUNING.confidence_base + TUNING.confidence_per_nat * own
-        odds += TUNING.confidence_per_decade * np.log10(seconds)
+        llr = solution.llr[j, solution.identity[j]]
+        odds = TUNING.confidence_base + TUNING.confidence_per_decade * np.log10(seconds)
+        odds += TUNING.confidence_per_nat * np.clip(llr, *TUNING.confidence_llr)
+        odds += TUNING.confidence_per_own_nat * np.clip(own.llr[j], *TUNING.confidence_own_llr)
+        odds += TUNING.confidence_per_margin_nat * np.clip(own.margin[j], *TUNING.confidence_margin)
+        odds += TUNING.confidence_per_swap_nat * np.clip(swap[j], *TUNING.confidence_swap_loss)
         assert final.confidence[j] == pytest.approx(1 / (1 + np.exp(-odds)))
+
+
+def test_a_label_is_less_sure_where_a_swap_costs_little(problem, truth, run):
+    solution = run(refine_labels(problem, truth))
+    features = run(confidence_features(problem, solution))
+    named = solution.identity != NO_MATCH
+    assert features.shape == (len(truth), 6) and (features[:, 0] == 1.0).all()
+    assert (features[named, 5] >= 0.0).all() and features[named, 5].max() == TUNING.confidence_swap_loss[1]

@@ -62,11 +62,11 @@ def test_the_share_held_by_a_slow_loop(problem, truth, run):
     assert gain_in_frames(problem, solution.evidence).max() > 0
 
 
-def test_the_incumbent_gives_way_to_what_is_worth_more():
+def test_the_incumbent_gives_way_to_what_is_worth_more(problem):
     first, same, better = (Solution(np.zeros(1, int), np.zeros((1, 1)), worth, None) for worth in (1.0, 1.0, 2.0))  # type: ignore[arg-type]
     incumbent = Incumbent(first)
-    assert not incumbent.offer(None) and not incumbent.offer(same) and incumbent.solution is first
-    assert incumbent.offer(better) and incumbent.solution is better and incumbent.objective == 2.0
+    assert not incumbent.offer(problem, None) and not incumbent.offer(problem, same) and incumbent.solution is first
+    assert incumbent.offer(problem, better) and incumbent.solution is better and incumbent.objective == 2.0
     assert better_of(first, same) is first and better_of(first, better) is better
 
 

@@ -5,7 +5,7 @@ import pytest
 from takes import model
 
 from dshpm_jax._control.full.evidence import evidence_in, sample_frames
-from dshpm_jax._control.full.mean_distances import MeanDistances, mean_distances
+from dshpm_jax._control.full.mean_distances import MeanDistances
 from dshpm_jax._control.full.neighbourhoods.permutations import _llr, propose_permutations
 from dshpm_jax._control.full.neighbourhoods.side_swaps import swap_sides
 from dshpm_jax._control.full.objective import Incumbent, Solution
@@ -23,20 +23,6 @@ def shifted(truth, *names):
     for one, following in zip(ring, ring[1:]):
         wrong = np.where(truth == one, following, wrong)
     return wrong
-
-
-def test_mean_distances_by_a_slow_loop(problem, truth, run):
-    solution = run(judged(problem, truth))
-    found, t, frames = mean_distances(problem, solution.evidence), problem.trajectories, solution.evidence.frames
-    for a, b in ((0, 1), (3, 9), (20, 33)):
-        apart = []
-        for frame in frames:
-            here, points = t.at(int(frame))
-            place = {int(truth[j]): point for j, point in zip(here, points) if truth[j] != NO_MATCH}
-            if a in place and b in place:
-                apart.append(np.linalg.norm(place[a] - place[b]))
-        assert found.share[a, b] == len(apart) / len(frames)
-        np.testing.assert_allclose([found.mean[a, b], found.sd[a, b]], [np.mean(apart), np.std(apart)], atol=1e-6)
 
 
 @pytest.mark.parametrize(

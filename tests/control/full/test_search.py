@@ -25,7 +25,7 @@ def searched(problem):
 
 def test_what_is_given_out_is_right_and_the_rest_has_a_reason(problem, truth, run):
     solution, fits = run(searched(problem))
-    final = finalise(problem, solution)
+    final = run(finalise(problem, solution))
     given = final.identity != NO_MATCH
     assert fits > 0 and (final.identity[given] == truth[given]).all()
     assert ((0 <= final.confidence) & (final.confidence <= 1)).all()

@@ -13,7 +13,7 @@ from itertools import permutations
 import numpy as np
 from jaxtyping import Float, Int
 
-from dshpm_jax._control.full.mean_distances import MeanDistances, mean_distances
+from dshpm_jax._control.full.mean_distances import MeanDistances, label_sums, mean_distances, mean_llr
 from dshpm_jax._control.full.moves import Move
 from dshpm_jax._control.full.objective import Solution
 from dshpm_jax._control.problem import LabellingProblem
@@ -22,7 +22,8 @@ from dshpm_jax._types import NO_MATCH
 
 def propose_permutations(problem: LabellingProblem, solution: Solution) -> Iterator[Move]:
     """The most promising permutations of all clusters, over the whole recording."""
-    found = mean_distances(problem, solution.evidence)
+    sums = label_sums(problem.pair_sums, solution.identity, problem.model.num_markers)
+    found = mean_distances(sums, problem.pair_sums.frames)
     best: dict[bytes, tuple[float, np.ndarray]] = {}
     for cluster in problem.prepared.clusters:
         for gain, to in _of_cluster(problem, found, cluster):
@@ -79,17 +80,5 @@ def _scores(
 def _llr(
     problem: LabellingProblem, found: MeanDistances, mean: np.ndarray, sd: np.ndarray
 ) -> Float[np.ndarray, "*pairs"]:
-    """The log-likelihood ratio of mean distances (nats), for as many of the frames as there are.
-
-    A pair is trusted as far as it keeps still in the model's recordings or in this one.
-
-    Arguments:
-        found: the distances of pairs as they are labelled.
-        mean, sd: those of the model (mm), NaN where it knows none.
-    """
-    tuning, known = problem.tuning, np.isfinite(mean)
-    mean, sd = np.where(known, mean, 0.0), np.where(known, sd, 0.0)
-    sd = np.sqrt(np.minimum(found.sd, sd) ** 2 + tuning.mean_noise_mm**2 + (tuning.mean_share * mean) ** 2)
-    miss = np.log1p(((found.mean - mean) / sd) ** 2 / tuning.t_dof)
-    ratio = np.log(tuning.background_mm / sd) - 0.5 * (tuning.t_dof + 1) * miss
-    return np.where(known, found.share * np.maximum(ratio, tuning.min_mean_llr), 0.0)
+    """The log-likelihood ratio of mean distances (nats), for as many of the frames as there are."""
+    return found.share * mean_llr(problem.tuning, found, mean, sd)

@@ -24,7 +24,7 @@ def swap_sides(problem: LabellingProblem, incumbent: Incumbent) -> Control[None]
         moves = [*_for_good(problem, incumbent.solution), *_for_a_while(problem, incumbent.solution)]
         moves += propose_permutations(problem, incumbent.solution)
         following = yield from make_moves(problem, incumbent.solution, moves)
-        if not incumbent.offer(following):
+        if not incumbent.offer(problem, following):
             return
 
 

@@ -33,7 +33,7 @@ def swap_between_subjects(problem: LabellingProblem, incumbent: Incumbent) -> Co
             return
         trial = Incumbent(following)
         yield from improve(problem, trial)
-        if not incumbent.offer(trial.solution):
+        if not incumbent.offer(problem, trial.solution):
             return
 
 
