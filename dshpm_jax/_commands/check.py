@@ -14,6 +14,7 @@ from dshpm_jax._console import add_reading, complain, say
 from dshpm_jax._messages import UsageError, one_line
 from dshpm_jax._reading import Reading, read_aloud, reading
 from dshpm_jax._recording import Recording
+from dshpm_jax._size import SIZE_REMEDY, size_doubt
 from dshpm_jax.io._atomic import write_whole
 
 if TYPE_CHECKING:
@@ -84,6 +85,9 @@ def _audits(paths: Sequence[Path], model_path: Path, how: Reading) -> Iterator[_
     for path in paths:
         try:
             recording = read_aloud(path, how, model.markers)
+            if doubt := size_doubt(recording, model):
+                yield _Audit(False, troubles=[f"{path}: no label could be confirmed, as {doubt}; {SIZE_REMEDY}"])
+                continue
             yield _audit(path, recording, check(recording, model, driver=driver), model.markers)
         except io.ReadError as error:
             yield _Audit(False, troubles=[str(error)])

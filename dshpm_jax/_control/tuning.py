@@ -668,6 +668,13 @@ class Tuning:
         evidence="by hand",
         group="confidence",
     )
+    rival_frames: float = number(
+        10.0,
+        unit="frames",
+        used="confidence: so many frames tell two readings apart at the most, as frames repeat one another",
+        evidence="by hand",
+        group="confidence",
+    )
     rivals_tried: int = number(
         4,
         unit="labels",

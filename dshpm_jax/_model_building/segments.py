@@ -21,6 +21,8 @@ from dshpm_jax._model_building.templates import BY_NAMES, TEMPLATES, by_template
 from dshpm_jax._model_building.tuning import TUNING, ModelTuning
 from dshpm_jax._types import MIN_FIT_POINTS, NO_PARENT
 
+RIGID_OBJECT = "object"  # the only segment of a thing that is rigid as a whole
+
 
 @dataclass(frozen=True)
 class SegmentPlan:
@@ -52,7 +54,7 @@ def build_segments(
     elif template is not None:
         plan = _from_template(template, names, statistics, tuning)
     elif is_still(statistics, tuning):
-        plan = _without_motion(names, statistics, tuning)
+        plan = _without_motion(names, clips, statistics, tuning)
     else:
         plan = _from_motion(names, statistics, tuning)
     plan = _split_large(plan, statistics.mean, tuning)
@@ -80,14 +82,30 @@ def _from_motion(
     return SegmentPlan(segment_names(markers, names), markers, _parents(markers, links))
 
 
-def _without_motion(names: Sequence[str], statistics: DistanceStatistics, tuning: ModelTuning) -> SegmentPlan:
+def _without_motion(
+    names: Sequence[str],
+    clips: Sequence[Float[np.ndarray, "frames markers 3"]],
+    statistics: DistanceStatistics,
+    tuning: ModelTuning,
+) -> SegmentPlan:
     known = recognised(names)
+    if known < tuning.known_names and any(_turns(clip, tuning) for clip in clips):
+        return SegmentPlan([RIGID_OBJECT], [list(range(len(names)))], [NO_PARENT])
     if known < tuning.known_names:
         raise ValueError(
             f"the recordings show too little motion to find segments, and only {known:.0%} of the marker names are "
             "known; add a recording in which every joint moves, or give the segments in a file"
         )
     return _from_template(BY_NAMES, names, statistics, tuning)
+
+
+def _turns(clip: Float[np.ndarray, "frames markers 3"], tuning: ModelTuning) -> bool:
+    """Whether something turns over as a whole, as an object in a hand does and nobody who stands still."""
+    some = clip[evenly_spaced(len(clip), tuning.shape_frames)]
+    rotations, _ = rigid_fit(some[0], some)
+    cosine = (np.trace(rotations, axis1=1, axis2=2) - 1.0) / 2.0
+    angles = np.degrees(np.arccos(np.clip(cosine[np.isfinite(cosine)], -1.0, 1.0)))
+    return bool(len(angles)) and float(angles.max()) > tuning.object_turn_degrees
 
 
 def _from_template(

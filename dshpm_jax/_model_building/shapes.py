@@ -32,6 +32,8 @@ def mean_shape(
         here = np.einsum("fji,fmj->fmi", rotation, points - translation[:, None])
         seen = is_seen(here)
         found = seen.any(0)
+        if not found.any():  # all markers in a line have no pose
+            return _from_distances(distances)
         # The median bears the few frames in which a hand label is wrong.
         shape[found] = np.stack([np.median(here[seen[:, m], m], axis=0) for m in np.flatnonzero(found)])
     if not np.isfinite(shape).all():

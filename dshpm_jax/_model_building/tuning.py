@@ -300,6 +300,14 @@ class ModelTuning:
     )
 
     # Segments as the model has them.
+    object_turn_degrees: float = number(
+        30.0,
+        unit="degrees",
+        used="_turns: if markers of unknown names keep their distances and turn together by more, they are one rigid "
+        "object",
+        evidence="by hand: who stands for a static does not turn",
+        group="segments",
+    )
     still_mm: float = number(
         8.0,
         unit="mm",

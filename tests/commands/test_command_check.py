@@ -1,5 +1,6 @@
 """`check` and `reconstruct`."""
 
+import dataclasses
 import json
 import sys
 from types import SimpleNamespace
@@ -43,6 +44,14 @@ def test_check_of_files_that_cannot_be(folder, capsys, checker):
     (folder / "other.json").write_text("{}")
     status, out, err = command(capsys, "check", "walk.c3d", "--model", "other.json")
     assert status == 1 and "this is no marker model" in err and err.count("\n") == 1
+
+
+def test_another_unit_is_no_sound_label(folder, capsys, checker):
+    walk = io.read(folder / "walk.c3d")
+    io.write_c3d(dataclasses.replace(walk, points=walk.points / 1000.0), folder / "metres.c3d")
+    status, out, err = command(capsys, "check", "metres.c3d", "--model", "model.json")
+    assert (status, out) == (1, "") and err.count("\n") == 1
+    assert "metres.c3d: no label could be confirmed, as its points are spread over" in err
 
 
 def test_reconstruct(folder, capsys):

@@ -1,12 +1,15 @@
 """What is finally given out: labels, how sure each is, and why a trajectory has none."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from dshpm_jax._control.full.assignment import margins
-from dshpm_jax._control.full.moves import around_fixed, frames_touched, judge_moves
+from dshpm_jax._control.full.moves import Move, around_fixed, frames_touched, judge_moves
+from dshpm_jax._control.full.neighbourhoods.exchanges import propose_turns
 from dshpm_jax._control.full.neighbourhoods.near_swaps import propose_near_swaps
 from dshpm_jax._control.full.objective import Solution, model_fit
 from dshpm_jax._control.full.own_distances import own_distances
@@ -58,8 +61,9 @@ def finalise(problem: LabellingProblem, solution: Solution, fit: float | None = 
     fit = model_fit(problem, solution) if fit is None else fit
     fit = round(fit, 4)  # as it is told, so that line and confidences agree
     named = solution.identity != NO_MATCH
-    chance = yield from _chance(problem, solution)
-    chance = np.minimum(chance, ceiling_of(fit, tuning))
+    swaps = yield from _judged_swaps(problem, solution)
+    chance = np.minimum(_chance(problem, solution, swaps), ceiling_of(fit, tuning))
+    chance = np.minimum(chance, 1.0 / (1.0 + _rivals(problem, swaps)))
     best = solution.llr.max(1)
     none = _logistic(tuning.accept_llr - best)
     fixed = problem.fixed
@@ -99,12 +103,45 @@ def _alternatives(
     return np.stack([first, second], axis=1).astype(np.int32)
 
 
-def _chance(problem: LabellingProblem, solution: Solution) -> Control[Float[np.ndarray, " trajectories"]]:
-    """The probability that each label is right; means nothing where there is none."""
+class _Swap(NamedTuple):
+    """Another reading: a move, in how many frames it changes labels, and what it loses in each (nats)."""
+
+    move: Move
+    frames: int
+    loss: float
+
+
+def _judged_swaps(problem: LabellingProblem, solution: Solution) -> Control[list[_Swap]]:
+    """Near labels exchanged, and segments turned onto themselves, with what each would lose."""
+    proposed = [*propose_near_swaps(problem, solution.identity), *propose_turns(problem, solution.identity)]
+    moves = [move for move in (around_fixed(problem, move) for move in proposed) if len(move.trajectories)]
+    if not moves:
+        return []
+    worth = yield from judge_moves(problem, solution, moves)
+    frames = [frames_touched(problem, move) for move in moves]
+    return [_Swap(move, n, -float(gain) / n) for move, n, gain in zip(moves, frames, worth, strict=True)]
+
+
+def _rivals(problem: LabellingProblem, swaps: Sequence[_Swap]) -> Float[np.ndarray, " trajectories"]:
+    """How probable other readings are of each trajectory, as multiples of the one at hand.
+
+    Readings that fit equally well share the probability: those of a square plate, or of two markers in one place.
+    """
+    odds = np.zeros(len(problem.trajectories))
+    for swap in swaps:
+        frames = min(swap.frames, problem.tuning.rival_frames)
+        odds[swap.move.trajectories] += np.exp(-frames * max(swap.loss, 0.0))
+    return odds
+
+
+def _chance(
+    problem: LabellingProblem, solution: Solution, swaps: Sequence[_Swap]
+) -> Float[np.ndarray, " trajectories"]:
+    """The probability that each label is right by its own evidence; means nothing where there is none."""
     tuning = problem.tuning
     share = tuning.rescaled_share if problem.settings.rescale else 1.0
-    features = yield from confidence_features(problem, solution)
-    return share * _logistic(features @ np.array([getattr(tuning, name) for name in WEIGHTS]))
+    weights = np.array([getattr(tuning, name) for name in WEIGHTS])
+    return share * _logistic(_features(problem, solution, swaps) @ weights)
 
 
 def confidence_features(
@@ -116,31 +153,26 @@ def confidence_features(
     it (nats), by how much more than of its best rival (nats), and what it would cost to exchange it with a near label
     (nats a frame).
     """
+    return _features(problem, solution, (yield from _judged_swaps(problem, solution)))
+
+
+def _features(
+    problem: LabellingProblem, solution: Solution, swaps: Sequence[_Swap]
+) -> Float[np.ndarray, "trajectories features"]:
     t, tuning = problem.trajectories, problem.tuning
     own = own_distances(problem, solution)
-    swap = yield from _swap_losses(problem, solution)
+    cheapest = np.full(len(t), np.inf)
+    for swap in swaps:
+        cheapest[swap.move.trajectories] = np.minimum(cheapest[swap.move.trajectories], swap.loss)
     values_and_bounds = (
         (solution.llr[np.arange(len(t)), np.maximum(solution.identity, 0)], tuning.confidence_llr),
         (np.log10(np.clip((t.stop - t.start) / t.rate, *tuning.confidence_seconds)), (-np.inf, np.inf)),
         (own.llr, tuning.confidence_own_llr),
         (own.margin, tuning.confidence_margin),
-        (swap, tuning.confidence_swap_loss),
+        (cheapest, tuning.confidence_swap_loss),
     )
     bounded = [np.clip(values, low, high) for values, (low, high) in values_and_bounds]
     return np.stack([np.ones(len(t)), *bounded], axis=1)
-
-
-def _swap_losses(problem: LabellingProblem, solution: Solution) -> Control[Float[np.ndarray, " trajectories"]]:
-    """What the cheapest swap with a near label costs each trajectory (nats a frame); infinite where none is near."""
-    swaps = (around_fixed(problem, move) for move in propose_near_swaps(problem, solution.identity))
-    moves = [move for move in swaps if len(move.trajectories)]
-    loss = np.full(len(problem.trajectories), np.inf)
-    if not moves:
-        return loss
-    worth = yield from judge_moves(problem, solution, moves)
-    for move, gain in zip(moves, worth, strict=True):
-        loss[move.trajectories] = np.minimum(loss[move.trajectories], -gain / frames_touched(problem, move))
-    return loss
 
 
 def _logistic(log_odds: np.ndarray) -> np.ndarray:

@@ -8,11 +8,14 @@ import pytest
 from dshpm_jax import Reason, Settings
 from dshpm_jax._control.full.confidence import (
     _alternatives,
-    _swap_losses,
+    _judged_swaps,
+    _rivals,
+    _Swap,
     ceiling_of,
     confidence_features,
     finalise,
 )
+from dshpm_jax._control.full.moves import Move
 from dshpm_jax._control.full.objective import Solution
 from dshpm_jax._control.full.own_distances import own_distances
 from dshpm_jax._control.full.refine import refine_labels
@@ -62,7 +65,8 @@ def test_log_odds_add_up_by_the_weights_of_the_tuning(problem, truth, run):
     solution, t = run(refine_labels(problem, truth)), problem.trajectories
     open_to_all = LabellingProblem(t, problem.model, Settings(min_confidence=0.0))
     final, own = run(finalise(open_to_all, solution)), own_distances(problem, solution)
-    swap = run(_swap_losses(open_to_all, solution))
+    swaps = run(_judged_swaps(open_to_all, solution))
+    swap, rivals = run(confidence_features(open_to_all, solution))[:, 5], _rivals(open_to_all, swaps)
     for j in np.flatnonzero(solution.identity != NO_MATCH):
         seconds = np.clip((t.stop[j] - t.start[j]) / t.rate, *TUNING.confidence_seconds)
         llr = solution.llr[j, solution.identity[j]]
@@ -70,8 +74,18 @@ def test_log_odds_add_up_by_the_weights_of_the_tuning(problem, truth, run):
         odds += TUNING.confidence_per_nat * np.clip(llr, *TUNING.confidence_llr)
         odds += TUNING.confidence_per_own_nat * np.clip(own.llr[j], *TUNING.confidence_own_llr)
         odds += TUNING.confidence_per_margin_nat * np.clip(own.margin[j], *TUNING.confidence_margin)
-        odds += TUNING.confidence_per_swap_nat * np.clip(swap[j], *TUNING.confidence_swap_loss)
-        assert final.confidence[j] == pytest.approx(1 / (1 + np.exp(-odds)))
+        odds += TUNING.confidence_per_swap_nat * swap[j]
+        shared = 1 / (1 + rivals[j])
+        assert final.confidence[j] == pytest.approx(min(1 / (1 + np.exp(-odds)), shared))
+
+
+def test_equal_readings_share_the_probability(problem):
+    """Two others that lose nothing leave a third; one that loses a nat a frame in ten frames leaves nearly all."""
+    whole, moves = np.arange(2), []
+    for loss, which in ((0.0, whole), (-0.1, whole[:1]), (1.0, whole[1:])):
+        moves.append(_Swap(Move(which, which.astype(np.int32), 0.0), 100, loss))
+    rivals = _rivals(problem, moves)
+    assert rivals[0] == 2.0 and rivals[1] == pytest.approx(1.0 + np.exp(-10.0)) and not rivals[2:].any()
 
 
 def test_a_label_is_less_sure_where_a_swap_costs_little(problem, truth, run):

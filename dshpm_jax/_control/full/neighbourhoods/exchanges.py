@@ -70,12 +70,18 @@ def _permutations(problem: LabellingProblem, identity: np.ndarray, llr: np.ndarr
 
     So do two markers that are each other's best neighbour: by the evidence that there is, neither can be elsewhere.
     """
+    for move in propose_turns(problem, identity):
+        own, labels = move.trajectories, move.labels
+        loss = llr[own, identity[own]] - llr[own, labels]
+        yield Move(own, labels, -float(loss.mean()))
+
+
+def propose_turns(problem: LabellingProblem, identity: np.ndarray) -> Iterator[Move]:
+    """Every way to turn a labelled segment onto itself."""
     for target, ways in zip(problem.targets, problem.prepared.symmetries):
         own = np.flatnonzero(problem.prepared.owned[target.segment, identity])
         if not len(own):
             continue
         for permutation in ways:
             to = dict(zip(target.markers.tolist(), target.markers[list(permutation)].tolist()))
-            labels = np.array([to[int(label)] for label in identity[own]])
-            loss = llr[own, identity[own]] - llr[own, labels]
-            yield Move(own, labels, -float(loss.mean()))
+            yield Move(own, np.array([to[int(label)] for label in identity[own]]), 0.0)
