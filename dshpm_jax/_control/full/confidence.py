@@ -64,6 +64,7 @@ def finalise(problem: LabellingProblem, solution: Solution, fit: float | None = 
     swaps = yield from _judged_swaps(problem, solution)
     chance = np.minimum(_chance(problem, solution, swaps), ceiling_of(fit, tuning))
     chance = np.minimum(chance, 1.0 / (1.0 + _rivals(problem, swaps)))
+    chance = np.minimum(chance, tuning.divided_share if solution.divided else 1.0)
     best = solution.llr.max(1)
     none = _logistic(tuning.accept_llr - best)
     fixed = problem.fixed

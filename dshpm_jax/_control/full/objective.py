@@ -21,12 +21,14 @@ class Solution:
             labels that it cannot get.
         objective: what the labelling is worth (nat frames); larger is better.
         evidence: the evidence in the sampled frames.
+        divided: whether the key-frames that led to it were at odds, see `Votes.divided`.
     """
 
     identity: Int[np.ndarray, " trajectories"]
     llr: Float[np.ndarray, "trajectories markers"]
     objective: float
     evidence: FrameEvidence
+    divided: bool = False
 
     @classmethod
     def of(cls, problem: LabellingProblem, identity: np.ndarray, evidence: FrameEvidence) -> "Solution":

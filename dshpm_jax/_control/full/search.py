@@ -33,7 +33,8 @@ def solve(problem: LabellingProblem, other: Solution | None = None) -> Control[t
     """
     found = yield from search(problem)
     best = found if other is None else better_of(other, found)
-    return (yield from split_trajectories(problem, best))
+    problem, solution = yield from split_trajectories(problem, best)
+    return problem, replace(solution, divided=best.divided)
 
 
 def improved_from(problem: LabellingProblem, identity: Int[np.ndarray, " trajectories"]) -> Control[Solution]:
@@ -69,7 +70,7 @@ def _best_of_several(problem: LabellingProblem, first: Solution) -> Control[Solu
             break
     best = incumbent.solution
     agreed = (np.stack(found) == best.identity).mean(0) >= problem.tuning.min_consensus
-    return replace(best, identity=problem.fixed.on(np.where(agreed, best.identity, NO_MATCH)))
+    return replace(best, identity=problem.fixed.on(np.where(agreed, best.identity, NO_MATCH)), divided=True)
 
 
 def _led_by(problem: LabellingProblem, votes: Votes, scale: float) -> Control[Solution]:

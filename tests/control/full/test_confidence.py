@@ -40,6 +40,14 @@ def test_no_label_of_a_doubtful_model_is_certain(problem, truth, run):
     np.testing.assert_array_equal(unsure.confidence[~named], sure.confidence[~named])
 
 
+def test_no_label_is_certain_where_votes_were_divided(problem, truth, run):
+    solution = run(refine_labels(problem, truth))
+    sure, unsure = (run(finalise(problem, replace(solution, divided=divided))) for divided in (False, True))
+    named = sure.identity != NO_MATCH
+    assert sure.confidence[named].max() > TUNING.divided_share > problem.settings.min_confidence
+    np.testing.assert_array_equal(unsure.confidence[named], np.minimum(sure.confidence[named], TUNING.divided_share))
+
+
 @pytest.mark.parametrize(("least", "none_left"), [(0.0, False), (1.0, True)])
 def test_labels_under_the_least_confidence_are_withheld(problem, truth, run, least, none_left):
     strict = LabellingProblem(problem.trajectories, problem.model, Settings(min_confidence=least))

@@ -36,6 +36,7 @@ def test_divided_votes_lead_to_more_starts(problem, truth, run):
     solution, fits = run(searched(problem))
     always = LabellingProblem(problem.trajectories, problem.model, problem.settings, replace(TUNING, divided_below=1.1))
     best, more_fits = run(searched(always))
+    assert best.divided and not solution.divided
     assert more_fits > 3 * fits and best.objective >= solution.objective
     kept, before = best.identity != NO_MATCH, solution.identity != NO_MATCH
     assert (best.identity[kept] == truth[kept]).mean() > 0.99 and kept.mean() > 0.95 * before.mean()
