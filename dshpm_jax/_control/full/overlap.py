@@ -21,3 +21,13 @@ def overlap_blocks(
         near = np.flatnonzero((start < stop[rows].max()) & (start[rows].min() < stop))
         together = (start[rows, None] < stop[near]) & (start[near] < stop[rows, None])
         yield rows, near, together & (rows[:, None] != near)
+
+
+def chains(
+    start: Int[np.ndarray, " trajectories"], stop: Int[np.ndarray, " trajectories"]
+) -> list[Int[np.ndarray, " chain"]]:
+    """The trajectories in groups that hang together through overlaps in time, each ascending, by their first ones."""
+    order = np.lexsort((np.arange(len(start)), start))
+    until = np.maximum.accumulate(stop[order])
+    begins = np.flatnonzero(start[order][1:] >= until[:-1]) + 1
+    return sorted((np.sort(group) for group in np.split(order, begins) if len(group)), key=lambda group: group[0])

@@ -49,3 +49,15 @@ def test_margins_are_those_of_the_best_rival(seed, monkeypatch):
         rivals = [*np.delete(evidence[j], label), *evidence[shared, label]]
         wanted = np.inf if label == NO_MATCH else evidence[j, label] - max(rivals)
         assert margin[j] == wanted
+
+
+@pytest.mark.parametrize("in_order", [True, False])
+def test_chains_are_what_a_table_connects(in_order):
+    start, stop = lives(np.random.default_rng(5), 60, in_order)
+    reach = table(start, stop) | np.eye(60, dtype=bool)
+    for _ in range(6):
+        reach = (reach.astype(int) @ reach) > 0
+    found = overlap.chains(start, stop)
+    assert sorted(np.concatenate(found)) == list(range(60)) and overlap.chains(start[:0], stop[:0]) == []
+    assert all(group.tolist() == np.flatnonzero(reach[group[0]]).tolist() for group in found)
+    assert [group[0] for group in found] == sorted(group[0] for group in found)

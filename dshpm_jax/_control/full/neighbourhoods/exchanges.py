@@ -8,7 +8,7 @@ import numpy as np
 from dshpm_jax._control.full.moves import Move
 from dshpm_jax._control.full.neighbourhoods.ejection_chains import propose_takes
 from dshpm_jax._control.full.objective import Solution
-from dshpm_jax._control.full.overlap import overlap_blocks
+from dshpm_jax._control.full.overlap import chains, overlap_blocks
 from dshpm_jax._control.problem import LabellingProblem
 from dshpm_jax._types import NO_MATCH
 
@@ -53,16 +53,8 @@ def _near_ties(
 def _chain(problem: LabellingProblem, identity: np.ndarray, a: int, b: int, start: int) -> np.ndarray:
     """Trajectories labelled a or b that hang together with `start` through overlaps in time, ascending."""
     t, either = problem.trajectories, np.flatnonzero((identity == a) | (identity == b))
-    reached = np.zeros(len(identity), bool)
-    waiting = [start]
-    reached[start] = True
-    while waiting:
-        here = waiting.pop()
-        meet = (t.start[either] < t.stop[here]) & (t.start[here] < t.stop[either])
-        for other in either[meet & ~reached[either]]:
-            reached[other] = True
-            waiting.append(int(other))
-    return np.flatnonzero(reached)
+    groups = (either[group] for group in chains(t.start[either], t.stop[either]))
+    return next(group for group in groups if start in group)
 
 
 def _permutations(problem: LabellingProblem, identity: np.ndarray, llr: np.ndarray) -> Iterator[Move]:

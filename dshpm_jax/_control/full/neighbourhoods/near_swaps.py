@@ -8,12 +8,11 @@ from heapq import nlargest
 
 import numpy as np
 from jaxtyping import Float, Int
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components
 
 from dshpm_jax._control.full.mean_distances import MeanDistances, label_sums, mean_distances, mean_llr
 from dshpm_jax._control.full.moves import Move
 from dshpm_jax._control.full.objective import Incumbent
+from dshpm_jax._control.full.overlap import chains
 from dshpm_jax._control.full.refine import make_moves
 from dshpm_jax._control.problem import LabellingProblem
 from dshpm_jax._requests import Control
@@ -32,10 +31,11 @@ def propose_near_swaps(problem: LabellingProblem, identity: Int[np.ndarray, " tr
     """The swaps that mean distances do not forbid, the best of them first."""
     if not len(problem.prepared.near_pairs):
         return []
-    gains, moves = _gains(problem, identity), []
+    t, gains, moves = problem.trajectories, _gains(problem, identity), []
     for k in np.flatnonzero(gains > -problem.tuning.max_near_loss):
         a, b = problem.prepared.near_pairs[k]
-        for chain in _chains(problem, np.flatnonzero((identity == a) | (identity == b))):
+        either = np.flatnonzero((identity == a) | (identity == b))
+        for chain in (either[group] for group in chains(t.start[either], t.stop[either])):
             moves.append(Move(chain, np.where(identity[chain] == a, b, a).astype(np.int32), float(gains[k])))
     return nlargest(problem.tuning.max_near_swaps, moves, key=lambda move: move.promise)
 
@@ -58,12 +58,3 @@ def _gains(problem: LabellingProblem, identity: Int[np.ndarray, " trajectories"]
     there = found.share.max(1)
     weight = tuning.whole_body_weight / problem.prepared.partners
     return weight * gain / np.maximum(np.maximum(there[one], there[other]), 1.0 / problem.pair_sums.frames)
-
-
-def _chains(problem: LabellingProblem, which: Int[np.ndarray, " some"]) -> list[Int[np.ndarray, " chain"]]:
-    """The trajectories in groups that hang together through overlaps in time."""
-    t = problem.trajectories
-    start, stop = t.start[which], t.stop[which]
-    together = (start[:, None] < stop) & (start < stop[:, None])
-    number, group = connected_components(csr_array(together), directed=False) if len(which) else (0, which)
-    return [which[group == k] for k in range(number)]
